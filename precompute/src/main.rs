@@ -1,0 +1,2 @@
+//! Precompute.
+fn main() {}

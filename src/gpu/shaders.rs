@@ -1,0 +1,74 @@
+//! WGSL, composed with naga_oil from `shaders/`: small modules with an import path, and one file
+//! per pass that imports them.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::sync::Mutex;
+
+use naga_oil::compose::{
+    ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue,
+};
+
+use crate::error::{Error, Result};
+
+macro_rules! shader_files {
+    ($($path:literal),* $(,)?) => {
+        &[$(($path, include_str!(concat!("../../shaders/", $path)))),*]
+    };
+}
+
+/// Modules that others import, each after the modules it imports itself.
+const MODULES: &[(&str, &str)] = shader_files![
+];
+
+/// Composes the shaders of the passes; the modules are parsed once.
+pub struct ShaderLibrary {
+    composer: Mutex<Composer>,
+}
+
+impl ShaderLibrary {
+    /// Parses all shared modules.
+    pub fn new() -> Result<Self> {
+        let mut composer = Composer::default();
+        for (path, source) in MODULES {
+            composer
+                .add_composable_module(ComposableModuleDescriptor {
+                    source,
+                    file_path: path,
+                    ..Default::default()
+                })
+                .map_err(|e| Error::Gpu(format!("{path}: {}", e.emit_to_string(&composer))))?;
+        }
+        Ok(Self { composer: Mutex::new(composer) })
+    }
+
+    /// Composes one shader into a validated naga module. `defs` are constants of the pipeline
+    /// that the text names as `#{NAME}` or tests with `#ifdef`.
+    pub fn compose(&self, path: &str, source: &str, defs: &[(&str, u32)]) -> Result<naga::Module> {
+        let mut composer = self.composer.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let shader_defs: HashMap<String, ShaderDefValue> =
+            defs.iter().map(|(name, value)| ((*name).to_owned(), ShaderDefValue::UInt(*value))).collect();
+        let made = composer.make_naga_module(NagaModuleDescriptor {
+            source,
+            file_path: path,
+            shader_defs,
+            ..Default::default()
+        });
+        made.map_err(|e| Error::Gpu(format!("{path}: {}", e.emit_to_string(&composer))))
+    }
+
+    /// Composes one shader and hands it to the device.
+    pub fn shader_module(
+        &self,
+        device: &wgpu::Device,
+        path: &str,
+        source: &str,
+        defs: &[(&str, u32)],
+    ) -> Result<wgpu::ShaderModule> {
+        let module = self.compose(path, source, defs)?;
+        Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(path),
+            source: wgpu::ShaderSource::Naga(Cow::Owned(module)),
+        }))
+    }
+}

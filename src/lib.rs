@@ -1,0 +1,6 @@
+//! Real-time volumetric clouds from precomputed particle tables, on wgpu.
+
+pub mod error;
+pub mod gpu;
+
+pub use error::{Error, Result};

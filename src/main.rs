@@ -1,0 +1,2 @@
+//! Cumuli.
+fn main() {}
