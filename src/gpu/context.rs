@@ -16,9 +16,8 @@ pub struct Gpu {
 impl Gpu {
     /// A device without a surface, for rendering to files and for tests.
     pub fn headless() -> Result<Self> {
-        let instance = wgpu::Instance::new(
-            wgpu::InstanceDescriptor::new_without_display_handle_from_env(),
-        );
+        let instance =
+            wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
         Self::from_instance(&instance, None)
     }
 
@@ -38,8 +37,8 @@ impl Gpu {
             ))
         })?;
         // Timestamps are the only optional feature in use: frames are the same without them.
-        let wanted = wgpu::Features::TIMESTAMP_QUERY
-            | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        let wanted =
+            wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("cumuli"),
             required_features: adapter.features() & wanted,
@@ -59,7 +58,11 @@ impl Gpu {
     }
 
     /// Copies a buffer back to the host as plain values. Stalls: for tests, statistics and output.
-    pub fn read_buffer<T: bytemuck::Pod>(&self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<T>> {
+    pub fn read_buffer<T: bytemuck::Pod>(
+        &self,
+        buffer: &wgpu::Buffer,
+        count: usize,
+    ) -> Result<Vec<T>> {
         let bytes = (count * size_of::<T>()) as u64;
         if bytes == 0 {
             return Ok(Vec::new());
@@ -85,7 +88,9 @@ impl Gpu {
             Ok(Err(e)) => return Err(Error::Gpu(format!("reading back a buffer: {e}"))),
             Err(e) => return Err(Error::Gpu(format!("reading back a buffer: {e}"))),
         }
-        let view = slice.get_mapped_range();
+        let view = slice
+            .get_mapped_range()
+            .map_err(|e| Error::Gpu(format!("reading back a buffer: {e}")))?;
         Ok(bytemuck::pod_collect_to_vec(&view[..bytes as usize]))
     }
 }

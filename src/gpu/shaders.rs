@@ -18,8 +18,7 @@ macro_rules! shader_files {
 }
 
 /// Modules that others import, each after the modules it imports itself.
-const MODULES: &[(&str, &str)] = shader_files![
-];
+const MODULES: &[(&str, &str)] = shader_files![];
 
 /// Composes the shaders of the passes; the modules are parsed once.
 pub struct ShaderLibrary {
@@ -31,13 +30,14 @@ impl ShaderLibrary {
     pub fn new() -> Result<Self> {
         let mut composer = Composer::default();
         for (path, source) in MODULES {
-            composer
-                .add_composable_module(ComposableModuleDescriptor {
-                    source,
-                    file_path: path,
-                    ..Default::default()
-                })
-                .map_err(|e| Error::Gpu(format!("{path}: {}", e.emit_to_string(&composer))))?;
+            let added = composer.add_composable_module(ComposableModuleDescriptor {
+                source,
+                file_path: path,
+                ..Default::default()
+            });
+            if let Err(e) = added {
+                return Err(Error::Gpu(format!("{path}: {}", e.emit_to_string(&composer))));
+            }
         }
         Ok(Self { composer: Mutex::new(composer) })
     }
@@ -46,8 +46,10 @@ impl ShaderLibrary {
     /// that the text names as `#{NAME}` or tests with `#ifdef`.
     pub fn compose(&self, path: &str, source: &str, defs: &[(&str, u32)]) -> Result<naga::Module> {
         let mut composer = self.composer.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let shader_defs: HashMap<String, ShaderDefValue> =
-            defs.iter().map(|(name, value)| ((*name).to_owned(), ShaderDefValue::UInt(*value))).collect();
+        let shader_defs: HashMap<String, ShaderDefValue> = defs
+            .iter()
+            .map(|(name, value)| ((*name).to_owned(), ShaderDefValue::UInt(*value)))
+            .collect();
         let made = composer.make_naga_module(NagaModuleDescriptor {
             source,
             file_path: path,
