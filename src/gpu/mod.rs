@@ -1,7 +1,10 @@
 //! The graphics device, and shaders composed from modules.
 
+pub mod buffers;
 mod context;
+mod kernel;
 mod shaders;
 
 pub use context::Gpu;
+pub use kernel::{Kernel, ShaderFile};
 pub use shaders::ShaderLibrary;

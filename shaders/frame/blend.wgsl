@@ -1,0 +1,207 @@
+// Blend: each pixel walks its tile's list, near to far, and composes the particles volume-aware.
+// Up to PENDING chords are open at a time; between two events (a chord begins or ends) the open
+// ones share a piece of the ray, where extinctions add and source functions mix by optical depth.
+// Twin: src/frame/cpu/blend.rs.
+//
+// Workgroup contract: one workgroup owns one tile of 8x8 pixels, one invocation one pixel; it
+// reads the tile's list and writes its texels. The count of table look-ups is a sum.
+#import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight}
+#import cumuli::lighting::{SourceInputs, source_function}
+#import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
+#import cumuli::optical_depth::{ChordProfile, chord_fraction, chord_profile}
+#import cumuli::phase::{PhaseParams, phase_function}
+#import cumuli::quaternion::rotate
+#import cumuli::scattering::scattering_source
+#import cumuli::sky::ground_distance
+
+@group(0) @binding(0) var<uniform> frame: FrameUniforms;
+@group(0) @binding(1) var<uniform> phase: PhaseParams;
+@group(0) @binding(2) var<storage, read> particles: array<Particle>;
+@group(0) @binding(3) var<storage, read> lights: array<ParticleLight>;
+@group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
+@group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
+@group(0) @binding(6) var<storage, read_write> counts: array<atomic<u32>>; // [0] look-ups, [1] pixels, [2] empty tiles
+@group(0) @binding(7) var radiance_out: texture_storage_2d<rgba32float, write>; // rgb, transmittance
+@group(0) @binding(8) var distance_out: texture_storage_2d<r32float, write>;    // m, opacity-weighted
+
+const PENDING: u32 = #{PENDING}u;
+const FAR: f32 = 1e30;
+
+// Open chords. Structure of arrays: the event loop touches few of the fields.
+var<private> chord_begin: array<f32, PENDING>;  // m along the ray, of what is visible
+var<private> chord_end: array<f32, PENDING>;
+var<private> chord_near: array<f32, PENDING>;   // m, where the whole chord begins
+var<private> chord_inverse: array<f32, PENDING>;// 1/m, of the whole chord's length
+var<private> chord_tau: array<f32, PENDING>;    // of the whole chord
+var<private> chord_shape: array<ChordProfile, PENDING>;
+var<private> chord_done: array<f32, PENDING>;   // share of its matter before the cursor
+var<private> chord_source: array<vec3<f32>, PENDING>;
+var<private> open: u32;
+
+var<private> cursor: f32;         // m, everything before it is composed
+var<private> radiance: vec3<f32>;
+var<private> transmittance: f32;
+var<private> distance_sum: f32;   // opacity times distance
+
+// Composes everything up to `limit`.
+fn advance(limit: f32) {
+    // Each round removes a chord, opens one, or reaches the limit.
+    for (var round = 0u; round < 2u * PENDING + 2u; round++) {
+        if open == 0u || cursor >= limit || transmittance <= frame.transmittance_stop {
+            break;
+        }
+        var next = limit;
+        for (var i = 0u; i < open; i++) {
+            next = min(next, select(chord_end[i], chord_begin[i], chord_begin[i] > cursor));
+        }
+        var tau = 0.0;
+        var light = vec3(0.0);
+        for (var i = 0u; i < open; i++) {
+            if chord_begin[i] <= cursor {
+                let share = chord_fraction(chord_shape[i], saturate((next - chord_near[i]) * chord_inverse[i]));
+                let piece = chord_tau[i] * max(share - chord_done[i], 0.0);
+                chord_done[i] = share;
+                tau += piece;
+                light += piece * chord_source[i];
+            }
+        }
+        let weight = transmittance * mean_transmittance(tau);
+        radiance += weight * light;
+        distance_sum += weight * tau * 0.5 * (cursor + next);
+        transmittance *= exp(-tau);
+        cursor = next;
+        var i = 0u;
+        while i < open {
+            if chord_end[i] <= cursor {
+                open--;
+                let last = open;
+                chord_begin[i] = chord_begin[last];
+                chord_end[i] = chord_end[last];
+                chord_near[i] = chord_near[last];
+                chord_inverse[i] = chord_inverse[last];
+                chord_tau[i] = chord_tau[last];
+                chord_shape[i] = chord_shape[last];
+                chord_done[i] = chord_done[last];
+                chord_source[i] = chord_source[last];
+            } else {
+                i++;
+            }
+        }
+    }
+    cursor = max(cursor, limit);
+}
+
+// Frees a place when all are taken: composes up to the first end. Whatever begins before that
+// keeps its matter and loses at most its order (the error of a small PENDING).
+fn make_room() {
+    var first_end = FAR;
+    for (var i = 0u; i < open; i++) {
+        first_end = min(first_end, chord_end[i]);
+    }
+    advance(first_end);
+}
+
+@compute @workgroup_size(8, 8)
+fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    if any(id.xy >= frame.size) {
+        return;
+    }
+    radiance = vec3(0.0);
+    transmittance = 1.0;
+    distance_sum = 0.0;
+    cursor = 0.0;
+    open = 0u;
+    var lookups = 0u;
+
+    let tile = group.y * frame.tiles.x + group.x;
+    let begin = tile_offsets[tile];
+    let end = min(tile_offsets[tile + 1u], arrayLength(&tile_entries));
+    if begin < end {
+        let ndc = (vec2<f32>(id.xy) + 0.5) / vec2<f32>(frame.size) * 2.0 - 1.0;
+        let dir = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
+        let cos_theta = clamp(dot(frame.sun.xyz, dir), -1.0, 1.0);
+        let phase_once = phase_function(phase, cos_theta);
+        let phase_twice = henyey_greenstein(frame.mean_cosine * frame.mean_cosine, cos_theta);
+        var far = FAR;
+        if frame.has_ground != 0u {
+            let ground = ground_distance(dir);
+            far = select(FAR, ground, ground >= 0.0);
+        }
+
+        for (var entry = begin; entry < end; entry++) {
+            let index = tile_entries[entry];
+            let particle = particles[index];
+            let middle = dot(particle.centre, dir);
+            let across = particle.centre - middle * dir;
+            let h2 = particle.radius * particle.radius - dot(across, across);
+            if h2 <= 0.0 {
+                continue;
+            }
+            let h = sqrt(h2);
+            let near = middle - h;
+            let visible_begin = max(near, 0.0);
+            let visible_end = min(middle + h, far);
+            if visible_end <= visible_begin {
+                continue;
+            }
+            // No later particle of the list begins before this distance.
+            advance(length(particle.centre) - particle.radius);
+            if open == PENDING {
+                make_room();
+            }
+            if transmittance <= frame.transmittance_stop {
+                break;
+            }
+
+            let entry_place = (near * dir - particle.centre) / particle.radius;
+            let exit_place = (near * dir + 2.0 * h * dir - particle.centre) / particle.radius;
+            let profile = chord_profile(
+                particle.shape,
+                rotate(particle.orientation, entry_place),
+                rotate(particle.orientation, exit_place),
+            );
+            let tau = particle.extinction * 2.0 * h * profile.mean_density;
+            let inverse = 0.5 / h;
+            let begin_share = chord_fraction(profile, saturate((visible_begin - near) * inverse));
+            let end_share = chord_fraction(profile, saturate((visible_end - near) * inverse));
+
+            var in: SourceInputs;
+            let visible_tau = tau * (end_share - begin_share);
+            let t = mix(visible_begin, visible_end, mean_scatter_fraction(visible_tau));
+            in.place = (t * dir - particle.centre) / particle.radius;
+            in.scattered = scattering_source(entry_place, dir, frame.sun.xyz, particle.optical_radius);
+            in.phase = phase_once;
+            in.phase_twice = phase_twice;
+            in.optical_radius = particle.optical_radius;
+            in.albedo = frame.albedo;
+            in.mean_cosine = frame.mean_cosine;
+            let source = source_function(lights[index], in);
+            lookups += 2u;
+
+            chord_begin[open] = max(visible_begin, cursor);
+            // Behind the cursor only when a small PENDING forced it there: the matter then lies
+            // just behind the cursor, in no length at all.
+            chord_end[open] = max(visible_end, chord_begin[open] + 1e-5 * max(chord_begin[open], 1.0));
+            chord_near[open] = near;
+            chord_inverse[open] = inverse;
+            chord_tau[open] = tau;
+            chord_shape[open] = profile;
+            chord_done[open] = begin_share;
+            chord_source[open] = source;
+            open++;
+        }
+        advance(FAR);
+        atomicAdd(&counts[0], lookups);
+        atomicAdd(&counts[1], 1u);
+    } else if all(local.xy == vec2(0u)) {
+        atomicAdd(&counts[2], 1u);
+    }
+    let opacity = 1.0 - transmittance;
+    textureStore(radiance_out, id.xy, vec4(radiance, transmittance));
+    textureStore(distance_out, id.xy, vec4(select(0.0, distance_sum / opacity, opacity > 0.0), 0.0, 0.0, 0.0));
+}
+
+fn henyey_greenstein(g: f32, cos_theta: f32) -> f32 {
+    let base = max(1.0 + g * g - 2.0 * g * cos_theta, 1e-6);
+    return (1.0 - g * g) / (12.566371 * base * sqrt(base));
+}

@@ -1,0 +1,75 @@
+// Screen projection: which particles are in view, which screen tiles they touch, and the key that
+// sorts them from the eye. Twin: src/frame/cpu/screen_project.rs.
+//
+// Workgroup contract: one invocation owns one particle slot and writes its key, value and rectangle.
+#import cumuli::gpu_data::{FrameUniforms, Particle}
+#import cumuli::numerics::sortable
+
+@group(0) @binding(0) var<uniform> frame: FrameUniforms;
+@group(0) @binding(1) var<storage, read> particles: array<Particle>;
+@group(0) @binding(2) var<storage, read_write> keys: array<u32>;
+@group(0) @binding(3) var<storage, read_write> values: array<u32>;
+@group(0) @binding(4) var<storage, read_write> rectangles: array<vec2<u32>>; // x: first tile, y: one past the last; x in the low half
+@group(0) @binding(5) var<storage, read> particle_count: array<u32>; // ParticleCount: its first word
+@group(0) @binding(6) var<storage, read_write> visible: array<atomic<u32>>; // a sum: its order cannot matter
+
+const NOT_SEEN: u32 = 0xffffffffu;
+const TILE: f32 = 8.0; // pixels a side
+
+// Bounds of a sphere's picture along one image axis, in tangents of the angle from the view axis:
+// the lines through the eye that touch the circle (x, z, radius).
+fn tangent_bounds(x: f32, z: f32, radius: f32) -> vec2<f32> {
+    let everything = 1e30;
+    let reach2 = x * x + z * z - radius * radius;
+    if reach2 <= 0.0 {
+        return vec2(-everything, everything);
+    }
+    let reach = sqrt(reach2);
+    let low = z * reach + x * radius;
+    let high = z * reach - x * radius;
+    // A denominator that is not positive: the touching line lies beside or behind the eye.
+    return vec2(
+        select(-everything, (x * reach - z * radius) / low, low > 0.0),
+        select(everything, (x * reach + z * radius) / high, high > 0.0),
+    );
+}
+
+@compute @workgroup_size(64)
+fn project(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= frame.particle_capacity {
+        return;
+    }
+    values[id.x] = id.x;
+    keys[id.x] = NOT_SEEN;
+    rectangles[id.x] = vec2(0u, 0u);
+    if id.x >= particle_count[0] {
+        return;
+    }
+    let particle = particles[id.x];
+    let c = particle.centre;
+    let r = particle.radius;
+    let tan_x = length(frame.right.xyz);
+    let tan_y = length(frame.up.xyz);
+    let z = dot(c, frame.forward.xyz);
+    if z + r <= 0.0 || particle.extinction <= 0.0 {
+        return;
+    }
+    let bx = tangent_bounds(dot(c, frame.right.xyz) / tan_x, z, r) / tan_x;
+    let by = tangent_bounds(dot(c, frame.up.xyz) / tan_y, z, r) / tan_y;
+    if bx.x >= 1.0 || bx.y <= -1.0 || by.x >= 1.0 || by.y <= -1.0 {
+        return;
+    }
+    let size = vec2<f32>(frame.size);
+    let ndc_low = clamp(vec2(bx.x, -by.y), vec2(-1.0), vec2(1.0));
+    let ndc_high = clamp(vec2(bx.y, -by.x), vec2(-1.0), vec2(1.0));
+    let low = floor((ndc_low * 0.5 + 0.5) * size / TILE);
+    let high = floor((ndc_high * 0.5 + 0.5) * size / TILE) + 1.0;
+    let first = min(vec2<u32>(low), frame.tiles);
+    let last = min(vec2<u32>(high), frame.tiles);
+    if any(first >= last) {
+        return;
+    }
+    rectangles[id.x] = vec2(first.x | (first.y << 16u), last.x | (last.y << 16u));
+    keys[id.x] = sortable(max(length(c) - r, 0.0));
+    atomicAdd(&visible[0], 1u);
+}

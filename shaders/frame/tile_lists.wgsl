@@ -1,0 +1,116 @@
+// Tile lists: for each tile of a picture (the screen's, the sun's, the zenith's) the particles
+// that touch it, in sorted order. Two levels: bins of 8x8 tiles first, so that a tile walks its
+// bin's list and not all particles. Twin: src/frame/cpu/tile_lists.rs.
+//
+// Workgroup contract: one invocation owns one (bin, chunk of CHUNK sorted particles) in the bin
+// passes, one tile in the tile passes. Each level counts, is scanned, then writes: the order in a
+// list is the sorted order whatever the timing, and nothing is written beyond the capacity.
+
+struct ListUniforms {
+    tiles: vec2<u32>,
+    bins: vec2<u32>,
+    chunks: u32,         // of CHUNK sorted particles
+    bin_capacity: u32,   // entries in bin_entries
+    tile_capacity: u32,  // entries in tile_entries
+    length_index: u32,   // word of `lengths` that holds the number of sorted particles
+}
+
+@group(0) @binding(0) var<uniform> params: ListUniforms;
+@group(0) @binding(1) var<storage, read> lengths: array<u32>;
+@group(0) @binding(2) var<storage, read> order: array<u32>;
+@group(0) @binding(3) var<storage, read> rectangles: array<vec2<u32>>;
+@group(0) @binding(4) var<storage, read_write> counts: array<u32>;
+@group(0) @binding(5) var<storage, read> bin_offsets: array<u32>;
+@group(0) @binding(6) var<storage, read_write> bin_entries: array<u32>;
+@group(0) @binding(7) var<storage, read_write> tile_entries: array<u32>;
+
+const CHUNK: u32 = 256u;
+const BIN: u32 = 8u; // tiles a side
+
+fn touches(rectangle: vec2<u32>, first: vec2<u32>, last: vec2<u32>) -> bool {
+    let low = vec2(rectangle.x & 0xffffu, rectangle.x >> 16u);
+    let high = vec2(rectangle.y & 0xffffu, rectangle.y >> 16u);
+    return all(low < last) && all(high > first);
+}
+
+@compute @workgroup_size(64)
+fn count_bins(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= params.bins.x * params.bins.y * params.chunks {
+        return;
+    }
+    let bin = id.x / params.chunks;
+    let first = vec2(bin % params.bins.x, bin / params.bins.x) * BIN;
+    let begin = (id.x % params.chunks) * CHUNK;
+    let end = min(begin + CHUNK, lengths[params.length_index]);
+    var found = 0u;
+    for (var i = begin; i < end; i++) {
+        found += select(0u, 1u, touches(rectangles[order[i]], first, first + BIN));
+    }
+    counts[id.x] = found;
+}
+
+@compute @workgroup_size(64)
+fn write_bins(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= params.bins.x * params.bins.y * params.chunks {
+        return;
+    }
+    let bin = id.x / params.chunks;
+    let first = vec2(bin % params.bins.x, bin / params.bins.x) * BIN;
+    let begin = (id.x % params.chunks) * CHUNK;
+    let end = min(begin + CHUNK, lengths[params.length_index]);
+    var slot = bin_offsets[id.x];
+    for (var i = begin; i < end; i++) {
+        let particle = order[i];
+        if touches(rectangles[particle], first, first + BIN) {
+            if slot < params.bin_capacity {
+                bin_entries[slot] = particle;
+            }
+            slot++;
+        }
+    }
+}
+
+struct BinList {
+    begin: u32,
+    end: u32,
+}
+
+fn bin_list(tile: vec2<u32>) -> BinList {
+    let bin = (tile.y / BIN) * params.bins.x + tile.x / BIN;
+    var list: BinList;
+    list.begin = min(bin_offsets[bin * params.chunks], params.bin_capacity);
+    list.end = min(bin_offsets[(bin + 1u) * params.chunks], params.bin_capacity);
+    return list;
+}
+
+@compute @workgroup_size(8, 8)
+fn count_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= params.tiles) {
+        return;
+    }
+    let list = bin_list(id.xy);
+    var found = 0u;
+    for (var i = list.begin; i < list.end; i++) {
+        found += select(0u, 1u, touches(rectangles[bin_entries[i]], id.xy, id.xy + 1u));
+    }
+    counts[id.y * params.tiles.x + id.x] = found;
+}
+
+// `counts` holds the scanned offsets of the tiles here.
+@compute @workgroup_size(8, 8)
+fn write_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= params.tiles) {
+        return;
+    }
+    let list = bin_list(id.xy);
+    var slot = counts[id.y * params.tiles.x + id.x];
+    for (var i = list.begin; i < list.end; i++) {
+        let particle = bin_entries[i];
+        if touches(rectangles[particle], id.xy, id.xy + 1u) {
+            if slot < params.tile_capacity {
+                tile_entries[slot] = particle;
+            }
+            slot++;
+        }
+    }
+}

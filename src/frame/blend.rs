@@ -1,0 +1,78 @@
+//! Blend: each pixel walks its tile's list, near to far, and composes the particles volume-aware.
+
+use super::picture_lists::PictureLists;
+use super::targets::Targets;
+use super::view::SCREEN_TILE;
+use crate::Result;
+use crate::gpu::{Gpu, Kernel, ShaderLibrary};
+
+/// The pipeline.
+pub struct BlendPass {
+    kernel: Kernel,
+}
+
+/// What the blend reads.
+pub struct BlendInputs<'a> {
+    /// `FrameUniforms`.
+    pub frame: &'a wgpu::Buffer,
+    /// `PhaseParams`.
+    pub phase: &'a wgpu::Buffer,
+    /// Particles.
+    pub particles: &'a wgpu::Buffer,
+    /// Their light.
+    pub lights: &'a wgpu::Buffer,
+    /// The screen's lists.
+    pub lists: &'a PictureLists,
+    /// Two words: table look-ups, pixels in tiles with particles.
+    pub counts: &'a wgpu::Buffer,
+}
+
+impl BlendPass {
+    /// Compiles the pass with room for `pending` open chords a pixel; it reads the tables
+    /// (group 1) and the sky (group 2).
+    pub fn new(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        pending: u32,
+        tables: &wgpu::BindGroupLayout,
+        sky: &wgpu::BindGroupLayout,
+    ) -> Result<Self> {
+        let file = crate::shader_file!("frame/blend.wgsl");
+        let defs = [("PENDING", pending)];
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, &[tables, sky])? })
+    }
+
+    /// Binds inputs and targets.
+    pub fn bind(&self, gpu: &Gpu, inputs: &BlendInputs<'_>, targets: &Targets) -> wgpu::BindGroup {
+        self.kernel.bind(
+            gpu,
+            &[
+                inputs.frame.as_entire_binding(),
+                inputs.phase.as_entire_binding(),
+                inputs.particles.as_entire_binding(),
+                inputs.lights.as_entire_binding(),
+                inputs.lists.lists.tile_offsets.as_entire_binding(),
+                inputs.lists.lists.tile_entries.as_entire_binding(),
+                inputs.counts.as_entire_binding(),
+                wgpu::BindingResource::TextureView(&targets.clouds),
+                wgpu::BindingResource::TextureView(&targets.distance),
+            ],
+        )
+    }
+
+    /// Records the pass.
+    pub fn encode(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        size: [u32; 2],
+        bindings: &wgpu::BindGroup,
+        tables: &wgpu::BindGroup,
+        sky: &wgpu::BindGroup,
+    ) {
+        pass.set_pipeline(self.kernel.pipeline("blend"));
+        pass.set_bind_group(0, bindings, &[]);
+        pass.set_bind_group(1, tables, &[]);
+        pass.set_bind_group(2, sky, &[]);
+        pass.dispatch_workgroups(size[0].div_ceil(SCREEN_TILE), size[1].div_ceil(SCREEN_TILE), 1);
+    }
+}

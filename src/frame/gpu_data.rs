@@ -1,0 +1,277 @@
+//! What crosses from the host to the shaders. The WGSL structs of the same names are in
+//! `shaders/shared/gpu_data.wgsl` and `shaders/shared/shadow_maps.wgsl`, with the meaning and unit
+//! of every field; a test compares names, sizes and offsets.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Most octaves of coverage noise, most rings, most shapes of one cloud field.
+pub const FIELD_SLOTS: usize = 8;
+
+/// Declares a host struct together with the list of its fields that the layout test compares.
+macro_rules! gpu_struct {
+    ($(#[$meta:meta])* $name:ident { $($(#[$field_meta:meta])* $field:ident: $ty:ty,)* }) => {
+        $(#[$meta])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+        pub struct $name { $($(#[$field_meta])* pub $field: $ty,)* }
+
+        impl $name {
+            /// Name and offset in bytes of every field.
+            pub const FIELDS: &'static [(&'static str, usize)] =
+                &[$((stringify!($field), std::mem::offset_of!($name, $field)),)*];
+        }
+    };
+}
+
+gpu_struct! {
+    /// One spherical particle.
+    Particle {
+        /// m, relative to the camera.
+        centre: [f32; 3],
+        /// m.
+        radius: f32,
+        /// Unit quaternion (x, y, z, w) from world axes to the particle's own.
+        orientation: [f32; 4],
+        /// 1/m at density 1.
+        extinction: f32,
+        /// Index in the tables; 0 is uniform.
+        shape: u32,
+        /// A hash that stays with the particle.
+        id: u32,
+        /// Extinction times radius times mean density.
+        optical_radius: f32,
+    }
+}
+
+gpu_struct! {
+    /// Light that reaches one particle: optical depths of the others, affine in the place in radii.
+    ParticleLight {
+        /// Towards the sun.
+        sun_front: [f32; 4],
+        /// Away from the sun.
+        sun_behind: [f32; 4],
+        /// Upwards.
+        zenith_front: [f32; 4],
+        /// Downwards.
+        zenith_behind: [f32; 4],
+        /// Perpendicular irradiance after the air, rgb.
+        sun_irradiance: [f32; 4],
+        /// Mean radiance of the sky above, rgb.
+        ambient_above: [f32; 4],
+        /// Mean radiance of what lies below, rgb.
+        ambient_below: [f32; 4],
+    }
+}
+
+gpu_struct! {
+    /// Constant for a frame.
+    FrameUniforms {
+        /// Image x axis scaled by tan(fov_x / 2).
+        right: [f32; 4],
+        /// Image y axis, upwards, scaled by tan(fov_y / 2).
+        up: [f32; 4],
+        /// View axis.
+        forward: [f32; 4],
+        /// Towards the sun.
+        sun: [f32; 4],
+        /// Pixels.
+        size: [u32; 2],
+        /// Screen tiles.
+        tiles: [u32; 2],
+        /// m.
+        camera_altitude: f32,
+        /// Single-scattering albedo.
+        albedo: f32,
+        /// Of the phase function.
+        mean_cosine: f32,
+        /// A pixel is finished below this transmittance.
+        transmittance_stop: f32,
+        /// Factor on radiance before the tone curve.
+        exposure: f32,
+        /// 1: atmosphere, 0: vacuum.
+        has_air: u32,
+        /// 1: there is a ground.
+        has_ground: u32,
+        /// Slots in the particle buffers.
+        particle_capacity: u32,
+        /// 1: the blend has run.
+        has_clouds: u32,
+        /// Unused.
+        pad0: u32,
+        /// Unused.
+        pad1: u32,
+        /// Unused.
+        pad2: u32,
+    }
+}
+
+gpu_struct! {
+    /// A set of parallel lines seen as a picture: from the sun, or from the zenith.
+    LightView {
+        /// Picture x axis.
+        axis_u: [f32; 4],
+        /// Picture y axis.
+        axis_v: [f32; 4],
+        /// Towards the light.
+        towards: [f32; 4],
+        /// m, corner of tile (0, 0) in the picture.
+        origin: [f32; 2],
+        /// m.
+        tile_size: f32,
+        /// 1/m.
+        inverse_tile_size: f32,
+        /// Tiles across and up.
+        tiles: [u32; 2],
+        /// Points per particle: 1, 2, 4 or 8.
+        receiver_samples: u32,
+        /// 1: the sun, 0: the zenith.
+        is_sun: u32,
+    }
+}
+
+gpu_struct! {
+    /// One ring of cells around the camera.
+    Ring {
+        /// Cell coordinates of its corner, x and z.
+        first_cell: [i32; 2],
+        /// m, the same corner relative to the camera.
+        corner: [f32; 2],
+        /// m.
+        cell_size: f32,
+        /// m.
+        layer_height: f32,
+        /// m, where it begins and where it is fully there.
+        fade_in: [f32; 2],
+        /// m, where it begins to fade and where it has gone.
+        fade_out: [f32; 2],
+        /// Layers of cells.
+        layers: u32,
+        /// Index of its first column among all rings'.
+        first_column: u32,
+        /// Unused.
+        pad0: [u32; 4],
+    }
+}
+
+gpu_struct! {
+    /// The cloud field, constant for a frame.
+    CloudUniforms {
+        /// Of all hashes.
+        seed: u32,
+        /// Number of rings.
+        rings: u32,
+        /// Cells per side.
+        cells: u32,
+        /// Columns of cells in all rings.
+        columns: u32,
+        /// m, relative to the camera.
+        base: f32,
+        /// m, of the tallest clouds.
+        thickness: f32,
+        /// Coverage noise above this is cloud.
+        threshold: f32,
+        /// 1 / range of the noise above the threshold.
+        inverse_range: f32,
+        /// 1/m.
+        extinction: f32,
+        /// Radius in cells.
+        particle_size: f32,
+        /// Octaves of the coverage noise.
+        octaves: u32,
+        /// log2 of its largest wavelength in innermost cells.
+        largest_shift: u32,
+        /// Shapes in use.
+        shapes: u32,
+        /// Slots for particles.
+        capacity: u32,
+        /// Slots before it hold the scene's own particles.
+        first_slot: u32,
+        /// Unused.
+        pad0: u32,
+        /// x: lattice cell in time, per octave.
+        evolution_cell: [[i32; 4]; FIELD_SLOTS],
+        /// x: fraction of that cell, per octave.
+        evolution: [[f32; 4]; FIELD_SLOTS],
+        /// x: index of the shape in the tables, y: bits of its mean density.
+        shape_list: [[u32; 4]; FIELD_SLOTS],
+        /// The rings.
+        ring: [Ring; FIELD_SLOTS],
+    }
+}
+
+gpu_struct! {
+    /// How many particles there are, listed ones and those of the rings.
+    ParticleCount {
+        /// In the buffer.
+        particles: u32,
+        /// Before the capacity cut them.
+        wanted: u32,
+    }
+}
+
+gpu_struct! {
+    /// The two shadow maps on the ground.
+    ShadowUniforms {
+        /// x, y: corner (x and z, m, relative to the camera); z: side, m.
+        corner: [[f32; 4]; 2],
+        /// Texels a side.
+        resolution: u32,
+        /// m, altitude of the ground relative to the camera.
+        ground: f32,
+        /// Unused.
+        pad0: u32,
+        /// Unused.
+        pad1: u32,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Struct of this name in the WGSL text: size, and names and offsets of its fields.
+    fn wgsl_struct(module: &naga::Module, name: &str) -> (usize, Vec<(String, usize)>) {
+        let found = module.types.iter().find_map(|(_, ty)| match (&ty.name, &ty.inner) {
+            (Some(n), naga::TypeInner::Struct { members, span }) if n == name => Some((
+                *span as usize,
+                members
+                    .iter()
+                    .map(|m| (m.name.clone().unwrap_or_default(), m.offset as usize))
+                    .collect(),
+            )),
+            _ => None,
+        });
+        found.unwrap_or_else(|| panic!("no WGSL struct {name}"))
+    }
+
+    #[test]
+    fn layouts_agree_with_wgsl() {
+        let text = |source: &str| {
+            let plain: String =
+                source.lines().filter(|l| !l.starts_with('#')).collect::<Vec<_>>().join("\n");
+            naga::front::wgsl::parse_str(&plain).expect("the module stands alone")
+        };
+        let data = text(include_str!("../../shaders/shared/gpu_data.wgsl"));
+        let shadow = text(include_str!("../../shaders/shared/shadow_maps.wgsl"));
+        macro_rules! check {
+            ($module:expr, $($name:ident),*) => {$(
+                let (size, fields) = wgsl_struct($module, stringify!($name));
+                assert_eq!(size, size_of::<$name>(), "size of {}", stringify!($name));
+                let host: Vec<_> =
+                    $name::FIELDS.iter().map(|(n, o)| ((*n).to_owned(), *o)).collect();
+                assert_eq!(fields, host, "fields of {}", stringify!($name));
+            )*};
+        }
+        check!(
+            &data,
+            Particle,
+            ParticleLight,
+            FrameUniforms,
+            LightView,
+            Ring,
+            CloudUniforms,
+            ParticleCount
+        );
+        check!(&shadow, ShadowUniforms);
+    }
+}

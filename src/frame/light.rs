@@ -1,0 +1,81 @@
+//! Light: what the particles' lists seen from the sun and from the zenith say of the light that
+//! reaches each particle.
+
+use super::gpu_data::LightView;
+use super::picture_lists::PictureLists;
+use crate::Result;
+use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
+
+/// Invocations of a workgroup; as in the shader.
+const WORKGROUP: u32 = 64;
+
+/// The pipeline.
+pub struct LightPass {
+    kernel: Kernel,
+}
+
+/// Buffers of one light.
+pub struct LightJob {
+    bindings: wgpu::BindGroup,
+    particles: u32,
+}
+
+/// A buffer for the uniforms of one light's view.
+pub fn view_buffer(gpu: &Gpu) -> wgpu::Buffer {
+    buffers::uniform(gpu, "light view", &<LightView as bytemuck::Zeroable>::zeroed())
+}
+
+impl LightPass {
+    /// Compiles the pass; it reads the tables (group 1) and the sky (group 2).
+    pub fn new(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        tables: &wgpu::BindGroupLayout,
+        sky: &wgpu::BindGroupLayout,
+    ) -> Result<Self> {
+        let file = crate::shader_file!("frame/light.wgsl");
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[tables, sky])? })
+    }
+
+    /// Binds one light's lists and the particles' light.
+    #[expect(clippy::too_many_arguments, reason = "one argument per binding")]
+    pub fn job(
+        &self,
+        gpu: &Gpu,
+        frame: &wgpu::Buffer,
+        view: &wgpu::Buffer,
+        particles: &wgpu::Buffer,
+        lists: &PictureLists,
+        particle_count: &wgpu::Buffer,
+        lights: &wgpu::Buffer,
+    ) -> LightJob {
+        let bindings = self.kernel.bind(
+            gpu,
+            &[
+                frame.as_entire_binding(),
+                view.as_entire_binding(),
+                particles.as_entire_binding(),
+                lists.lists.tile_offsets.as_entire_binding(),
+                lists.lists.tile_entries.as_entire_binding(),
+                particle_count.as_entire_binding(),
+                lights.as_entire_binding(),
+            ],
+        );
+        LightJob { bindings, particles: lists.lists.size().particles }
+    }
+
+    /// Records the pass.
+    pub fn encode(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        job: &LightJob,
+        tables: &wgpu::BindGroup,
+        sky: &wgpu::BindGroup,
+    ) {
+        pass.set_pipeline(self.kernel.pipeline("light"));
+        pass.set_bind_group(0, &job.bindings, &[]);
+        pass.set_bind_group(1, tables, &[]);
+        pass.set_bind_group(2, sky, &[]);
+        pass.dispatch_workgroups(job.particles.div_ceil(WORKGROUP), 1, 1);
+    }
+}

@@ -1,0 +1,30 @@
+//! One frame, pass by pass in the order data flows:
+//! rings → project → sort → tile lists → light → shadow → blend → resolve → tone map.
+
+pub mod blend;
+pub mod cpu;
+pub mod gpu_data;
+pub mod light;
+pub mod passes;
+pub mod picture;
+pub mod picture_lists;
+pub mod plan;
+pub mod renderer;
+pub mod resolve;
+pub mod resources;
+pub mod rings;
+pub mod scan;
+pub mod settings;
+pub mod shadow;
+pub mod sky;
+pub mod sort;
+pub mod stats;
+pub mod targets;
+pub mod tile_lists;
+pub mod tonemap;
+pub mod view;
+
+pub use picture::{Counters, FrameStats, PassTime, Picture};
+pub use plan::{FramePlan, Pass};
+pub use renderer::Renderer;
+pub use settings::{Preset, Quality, RenderSettings};

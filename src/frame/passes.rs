@@ -1,0 +1,57 @@
+//! All passes, compiled.
+
+use super::blend::BlendPass;
+use super::light::LightPass;
+use super::picture_lists::{ListPasses, ProjectPass};
+use super::resolve::ResolvePass;
+use super::rings::RingPass;
+use super::settings::Quality;
+use super::shadow::ShadowPass;
+use super::tonemap::TonemapPass;
+use crate::Result;
+use crate::gpu::{Gpu, ShaderLibrary};
+
+/// The passes of a frame; those of the sky are in `sky`.
+pub struct Passes {
+    /// Cells to particles.
+    pub rings: RingPass,
+    /// Scan, sort, lists.
+    pub lists: ListPasses,
+    /// To the screen.
+    pub screen_project: ProjectPass,
+    /// Along a light's lines.
+    pub light_project: ProjectPass,
+    /// Light at the particles.
+    pub light: LightPass,
+    /// Shadows on the ground.
+    pub shadow: ShadowPass,
+    /// Particles to pixels.
+    pub blend: BlendPass,
+    /// The rest of the picture.
+    pub resolve: ResolvePass,
+    /// Display values.
+    pub tonemap: TonemapPass,
+}
+
+impl Passes {
+    /// Compiles them.
+    pub fn new(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        quality: &Quality,
+        tables: &wgpu::BindGroupLayout,
+        sky: &wgpu::BindGroupLayout,
+    ) -> Result<Self> {
+        Ok(Self {
+            rings: RingPass::new(gpu, library)?,
+            lists: ListPasses::new(gpu, library)?,
+            screen_project: ProjectPass::screen(gpu, library)?,
+            light_project: ProjectPass::light(gpu, library)?,
+            light: LightPass::new(gpu, library, tables, sky)?,
+            shadow: ShadowPass::new(gpu, library, tables)?,
+            blend: BlendPass::new(gpu, library, quality.pending, tables, sky)?,
+            resolve: ResolvePass::new(gpu, library, tables, sky)?,
+            tonemap: TonemapPass::new(gpu, library)?,
+        })
+    }
+}

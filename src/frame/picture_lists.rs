@@ -1,0 +1,150 @@
+//! One picture's worth of order: project all particles, sort them, list them per tile. Used three
+//! times a frame: from the eye, from the sun, from the zenith.
+
+use super::scan::ScanPass;
+use super::sort::{SortJob, SortPass};
+use super::tile_lists::{ListInputs, ListSize, TileListPass, TileLists};
+use crate::Result;
+use crate::gpu::{Gpu, Kernel, ShaderFile, ShaderLibrary, buffers};
+
+/// Invocations of a workgroup of both projections; as in the shaders.
+const WORKGROUP: u32 = 64;
+
+/// A projection pass: it writes keys, values and rectangles.
+pub struct ProjectPass {
+    kernel: Kernel,
+}
+
+impl ProjectPass {
+    /// The projection to the screen.
+    pub fn screen(gpu: &Gpu, library: &ShaderLibrary) -> Result<Self> {
+        Self::new(gpu, library, crate::shader_file!("frame/screen_project.wgsl"))
+    }
+
+    /// The projection along a light's lines.
+    pub fn light(gpu: &Gpu, library: &ShaderLibrary) -> Result<Self> {
+        Self::new(gpu, library, crate::shader_file!("frame/light_project.wgsl"))
+    }
+
+    fn new(gpu: &Gpu, library: &ShaderLibrary, file: ShaderFile) -> Result<Self> {
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[])? })
+    }
+}
+
+/// The passes that all pictures share.
+pub struct ListPasses {
+    /// Prefix sums.
+    pub scan: ScanPass,
+    /// Radix sort.
+    pub sort: SortPass,
+    /// Lists per tile.
+    pub tile_lists: TileListPass,
+}
+
+impl ListPasses {
+    /// Compiles them.
+    pub fn new(gpu: &Gpu, library: &ShaderLibrary) -> Result<Self> {
+        Ok(Self {
+            scan: ScanPass::new(gpu, library)?,
+            sort: SortPass::new(gpu, library)?,
+            tile_lists: TileListPass::new(gpu, library)?,
+        })
+    }
+}
+
+/// Buffers of one picture.
+pub struct PictureLists {
+    /// The lists.
+    pub lists: TileLists,
+    sort: SortJob,
+    project: wgpu::BindGroup,
+    particles: u32,
+    bytes: u64,
+}
+
+/// What a projection reads besides the particles.
+pub enum Projection<'a> {
+    /// The screen's, with the word that counts what is in view.
+    Screen {
+        /// Counts the particles in view.
+        visible: &'a wgpu::Buffer,
+    },
+    /// A light's, with its `LightView`.
+    Light {
+        /// The view's uniforms.
+        view: &'a wgpu::Buffer,
+    },
+}
+
+impl PictureLists {
+    /// Makes the buffers for one picture.
+    pub fn new(
+        gpu: &Gpu,
+        passes: &ListPasses,
+        project: &ProjectPass,
+        size: ListSize,
+        frame: &wgpu::Buffer,
+        particles: &wgpu::Buffer,
+        particle_count: &wgpu::Buffer,
+        projection: &Projection<'_>,
+    ) -> Self {
+        let sort = passes.sort.job(gpu, &passes.scan, size.particles);
+        let rectangles =
+            buffers::storage(gpu, "rectangles", size.particles as usize, 2 * size_of::<u32>());
+        let shared = [
+            particles.as_entire_binding(),
+            sort.keys.as_entire_binding(),
+            sort.values.as_entire_binding(),
+            rectangles.as_entire_binding(),
+            particle_count.as_entire_binding(),
+        ];
+        let mut resources = vec![frame.as_entire_binding()];
+        if let Projection::Light { view } = projection {
+            resources.push(view.as_entire_binding());
+        }
+        resources.extend(shared);
+        if let Projection::Screen { visible } = projection {
+            resources.push(visible.as_entire_binding());
+        }
+        let inputs = ListInputs {
+            lengths: match projection {
+                Projection::Screen { visible } => visible,
+                Projection::Light { .. } => particle_count,
+            },
+            length_index: 0,
+            order: &sort.values,
+            rectangles: &rectangles,
+        };
+        let lists = passes.tile_lists.lists(gpu, &passes.scan, size, &inputs);
+        let bytes = sort.bytes() + rectangles.size() + lists.bytes();
+        Self {
+            project: project.kernel.bind(gpu, &resources),
+            lists,
+            sort,
+            particles: size.particles,
+            bytes,
+        }
+    }
+
+    /// Records the projection.
+    pub fn encode_project(&self, pass: &mut wgpu::ComputePass<'_>, project: &ProjectPass) {
+        pass.set_pipeline(project.kernel.pipeline("project"));
+        pass.set_bind_group(0, &self.project, &[]);
+        pass.dispatch_workgroups(self.particles.div_ceil(WORKGROUP), 1, 1);
+    }
+
+    /// Records the sort.
+    pub fn encode_sort(&self, pass: &mut wgpu::ComputePass<'_>, passes: &ListPasses) {
+        passes.sort.encode(pass, &passes.scan, &self.sort);
+    }
+
+    /// Records the lists.
+    pub fn encode_lists(&self, pass: &mut wgpu::ComputePass<'_>, passes: &ListPasses) {
+        passes.tile_lists.encode(pass, &passes.scan, &self.lists);
+    }
+
+    /// Device memory, bytes.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+}

@@ -1,0 +1,440 @@
+//! The renderer: decides what a frame needs, records its passes, reads the picture back.
+
+use glam::DVec3;
+use wgpu_profiler::Scope;
+
+use super::gpu_data::Particle;
+use super::passes::Passes;
+use super::picture::{FrameStats, Picture};
+use super::plan::{FrameKey, FramePlan, Pass};
+use super::resources::{Capacities, Layout, ListCapacity, Resources};
+use super::rings::{self, FieldShape};
+use super::settings::{Quality, RenderSettings};
+use super::shadow::ShadowJob;
+use super::sky::{SkyInputs, SkyKind, SkyPass, SkyWork};
+use super::stats::{Counts, StatsReader, pass_times};
+use super::view::{self, Bounds, SCREEN_TILE};
+use crate::gpu::{Gpu, ShaderLibrary, buffers};
+use crate::scene::{CloudField, ParticleSpec, Scene, Sky};
+use crate::tables::{TableSet, TablesGpu};
+use crate::{Error, Result};
+
+/// First capacities: a frame that needs more makes them grow.
+const FIRST_LISTS: ListCapacity = ListCapacity { bins: 1 << 15, tiles: 1 << 17 };
+const FIRST_PARTICLES: u32 = 1 << 14;
+/// Growing one list can make room for more in the next: particles, bins, tiles, then once more
+/// for whatever the fuller lists want.
+const MOST_ATTEMPTS: usize = 5;
+
+/// Makes frames of scenes with one phase function, on one device.
+pub struct Renderer {
+    gpu: Gpu,
+    quality: Quality,
+    omit: Option<Pass>,
+    passes: Passes,
+    tables: TablesGpu,
+    shapes: Vec<NamedShape>,
+    mean_cosine: f32,
+    phase: wgpu::Buffer,
+    sky: SkyPass,
+    shadow: ShadowJob,
+    stats: StatsReader,
+    capacities: Capacities,
+    resources: Option<Resources>,
+    last: Option<FrameKey>,
+}
+
+struct NamedShape {
+    name: String,
+    shape: FieldShape,
+}
+
+impl Renderer {
+    /// Compiles the passes and uploads the tables for the scene's medium.
+    pub fn new(
+        gpu: &Gpu,
+        tables: &TableSet,
+        scene: &Scene,
+        settings: &RenderSettings,
+    ) -> Result<Self> {
+        let library = ShaderLibrary::new()?;
+        let quality = settings.preset.quality();
+        let medium = &scene.medium;
+        let tables_gpu = TablesGpu::new(gpu, tables, &medium.phase, medium.albedo)?;
+        let sky = SkyPass::new(gpu, &library)?;
+        let passes = Passes::new(gpu, &library, &quality, tables_gpu.layout(), sky.layout())?;
+        let shadow = passes.shadow.job(gpu, quality.shadow_resolution);
+        let shapes = tables
+            .shape_names()
+            .enumerate()
+            .map(|(index, name)| NamedShape {
+                name: name.to_owned(),
+                shape: FieldShape {
+                    index: index as u32,
+                    mean_density: tables.mean_density(index as u32) as f32,
+                },
+            })
+            .collect();
+        let lists = FIRST_LISTS;
+        Ok(Self {
+            gpu: gpu.clone(),
+            quality,
+            omit: settings.omit,
+            passes,
+            shapes,
+            mean_cosine: medium.phase.mean_cosine() as f32,
+            phase: buffers::uniform(gpu, "phase", &tables_gpu.phase_params()),
+            tables: tables_gpu,
+            sky,
+            shadow,
+            stats: StatsReader::new(gpu)?,
+            capacities: Capacities {
+                particles: FIRST_PARTICLES.max(scene.particles.len() as u32),
+                screen: lists,
+                lights: [lists; 2],
+            },
+            resources: None,
+            last: None,
+        })
+    }
+
+    /// Makes one frame and reads it back. `time` in s, `size` in pixels.
+    pub fn render(&mut self, scene: &Scene, time: f64, size: [u32; 2]) -> Result<Picture> {
+        let stats = self.frame(scene, time, size)?;
+        let Some(resources) = &self.resources else {
+            return Err(Error::Gpu("no frame was made".to_owned()));
+        };
+        let radiance = read_texture(&self.gpu, &resources.targets.picture, size)?;
+        let pixels = read_texture(&self.gpu, &resources.targets.display, size)?;
+        Ok(Picture { size, radiance, pixels, stats })
+    }
+
+    /// Makes one frame and leaves it on the device.
+    pub fn frame(&mut self, scene: &Scene, time: f64, size: [u32; 2]) -> Result<FrameStats> {
+        let most = self.gpu.device.limits().max_texture_dimension_2d;
+        if size.iter().any(|&s| s == 0 || s > most) {
+            return Err(Error::input(
+                "size",
+                format!("expected 1 to {most} pixels a side, found {}x{}", size[0], size[1]),
+            ));
+        }
+        for _ in 0..MOST_ATTEMPTS {
+            let (stats, counts) = self.attempt(scene, time, size)?;
+            match counts.grown(&self.capacities) {
+                None => return Ok(stats),
+                Some(next) => self.grow(next)?,
+            }
+        }
+        Err(Error::Gpu("the lists of this frame keep growing".to_owned()))
+    }
+
+    /// The last frame's tone-mapped texture.
+    pub fn display(&self) -> Option<&wgpu::Texture> {
+        self.resources.as_ref().map(|r| &r.targets.display)
+    }
+
+    fn grow(&mut self, next: Capacities) -> Result<()> {
+        let most = self.gpu.device.limits().max_storage_buffer_binding_size;
+        let largest = [
+            u64::from(next.particles) * size_of::<super::gpu_data::ParticleLight>() as u64,
+            u64::from(next.screen.tiles) * 4,
+            u64::from(next.lights[0].tiles) * 4,
+            u64::from(next.lights[1].tiles) * 4,
+        ];
+        if largest.iter().any(|&bytes| bytes > most) {
+            return Err(Error::Gpu(format!(
+                "the scene has {} particles: their lists pass the adapter's {most} bytes a buffer",
+                next.particles
+            )));
+        }
+        tracing::debug!(?next, "growing buffers");
+        self.capacities = next;
+        self.resources = None;
+        Ok(())
+    }
+
+    fn attempt(&mut self, scene: &Scene, time: f64, size: [u32; 2]) -> Result<(FrameStats, Counts)> {
+        let key = self.key(scene, time, size)?;
+        let sky_work = self.sky.update(&self.gpu, &sky_inputs(scene));
+        let layout = Layout {
+            size,
+            columns: scene.clouds.as_ref().map_or(Ok(0), rings::columns)?,
+            light_tiles: [key.lights[0].tiles, key.lights[1].tiles],
+            capacities: self.capacities,
+        };
+        let resources = match self.resources.take().filter(|r| r.layout == layout) {
+            Some(resources) => resources,
+            None => {
+                self.last = None;
+                Resources::new(&self.gpu, &self.passes, &self.phase, &self.shadow, layout)
+            }
+        };
+        let plan =
+            FramePlan::new(self.last.as_ref(), &key, sky_work != SkyWork::None).without(self.omit);
+        self.record(&resources, &plan, &key, sky_work);
+        let times = self.stats.times(&self.gpu)?;
+        let counts = self.stats.read(&self.gpu)?;
+        let tiles = size.map(|s| s.div_ceil(SCREEN_TILE));
+        let bytes = resources.bytes() + self.shadow.bytes() + self.tables.bytes() + self.sky.bytes();
+        let stats = FrameStats {
+            passes: pass_times(&plan, &times),
+            counters: counts.counters(&self.capacities, tiles, bytes),
+        };
+        self.resources = Some(resources);
+        self.last = Some(key);
+        Ok((stats, counts))
+    }
+
+    /// Everything this frame's picture depends on.
+    fn key(&self, scene: &Scene, time: f64, size: [u32; 2]) -> Result<FrameKey> {
+        let camera = &scene.camera;
+        let listed = self.listed(&scene.particles, camera.position)?;
+        let clouds = match &scene.clouds {
+            Some(field) => Some(rings::uniforms(
+                field,
+                camera.position,
+                time,
+                &self.field_shapes(field)?,
+                listed.len() as u32,
+                self.capacities.particles,
+            )),
+            None => None,
+        };
+        let has_clouds =
+            (clouds.is_some() || !listed.is_empty()) && self.omit != Some(Pass::Blend);
+        let bounds = bounds(scene, time);
+        let samples = self.quality.light_samples;
+        let light = |towards, is_sun| {
+            view::light_view(towards, is_sun, &bounds, camera.position, samples)
+        };
+        Ok(FrameKey {
+            frame: view::frame_uniforms(
+                scene,
+                camera,
+                size,
+                self.mean_cosine,
+                &self.quality,
+                self.capacities.particles,
+                has_clouds,
+            ),
+            clouds,
+            listed,
+            lights: [light(scene.sun.direction, true), light(DVec3::Y, false)],
+            shadow: view::shadow_uniforms(camera.position, &bounds, self.quality.shadow_resolution),
+        })
+    }
+
+    fn shape(&self, name: &str, field: impl FnOnce() -> String) -> Result<FieldShape> {
+        self.shapes.iter().find(|s| s.name == name).map(|s| s.shape).ok_or_else(|| {
+            let known: Vec<_> = self.shapes.iter().map(|s| s.name.as_str()).collect();
+            Error::input(
+                field(),
+                format!("expected a shape of the tables ({}), found `{name}`", known.join(", ")),
+            )
+        })
+    }
+
+    fn field_shapes(&self, field: &CloudField) -> Result<Vec<FieldShape>> {
+        if field.shapes.is_empty() {
+            let noisy: Vec<_> =
+                self.shapes.iter().filter(|s| s.name != "uniform").map(|s| s.shape).collect();
+            return Ok(if noisy.is_empty() { vec![self.shape("uniform", String::new)?] } else { noisy });
+        }
+        field
+            .shapes
+            .iter()
+            .enumerate()
+            .map(|(i, name)| self.shape(name, || format!("clouds.shapes[{i}]")))
+            .collect()
+    }
+
+    fn listed(&self, specs: &[ParticleSpec], camera: DVec3) -> Result<Vec<Particle>> {
+        specs
+            .iter()
+            .enumerate()
+            .map(|(i, spec)| {
+                let shape = self.shape(&spec.shape, || format!("particles[{i}].shape"))?;
+                let optical_radius = spec.extinction * spec.radius * f64::from(shape.mean_density);
+                Ok(Particle {
+                    centre: (spec.centre - camera).as_vec3().to_array(),
+                    radius: spec.radius as f32,
+                    orientation: spec.orientation.conjugate().as_quat().to_array(),
+                    extinction: spec.extinction as f32,
+                    shape: shape.index,
+                    id: super::cpu::noise::hash(i as u32),
+                    optical_radius: optical_radius as f32,
+                })
+            })
+            .collect()
+    }
+
+    fn record(&mut self, resources: &Resources, plan: &FramePlan, key: &FrameKey, sky: SkyWork) {
+        let gpu = &self.gpu;
+        let passes = &self.passes;
+        gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&key.frame));
+        for (index, light) in key.lights.iter().enumerate() {
+            resources.write_view(gpu, index, light);
+        }
+        gpu.queue.write_buffer(&self.shadow.uniforms, 0, bytemuck::bytes_of(&key.shadow));
+        if self.last.as_ref().is_none_or(|l| l.listed != key.listed) {
+            gpu.queue.write_buffer(&resources.particles, 0, bytemuck::cast_slice(&key.listed));
+        }
+        if key.clouds.is_none() {
+            let count = key.listed.len() as u32;
+            gpu.queue.write_buffer(
+                &resources.particle_count,
+                0,
+                bytemuck::cast_slice(&[count, count]),
+            );
+        }
+
+        let (tables, sky_bindings) = (self.tables.bind_group(), self.sky.bind_group());
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor {
+            label: Some("frame"),
+        });
+        if plan.runs(Pass::Project) && plan.screen_order() {
+            encoder.clear_buffer(&resources.visible, 0, None);
+        }
+        if plan.runs(Pass::Blend) {
+            encoder.clear_buffer(&resources.blend_counts, 0, None);
+        }
+        let pictures: Vec<_> = [
+            plan.screen_order().then_some((&resources.screen, &passes.screen_project)),
+            plan.light_order().then_some((&resources.lights[0].lists, &passes.light_project)),
+            plan.light_order().then_some((&resources.lights[1].lists, &passes.light_project)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        for pass in Pass::ALL.into_iter().filter(|p| plan.runs(*p)) {
+            let mut scope = self.stats.profiler().scope(pass.name(), &mut encoder);
+            if pass == Pass::Sky {
+                self.sky.encode(&mut scope, sky);
+                continue;
+            }
+            let mut compute = compute_pass(&mut scope, pass);
+            let compute = &mut compute;
+            match pass {
+                Pass::Sky => {}
+                Pass::Rings => {
+                    if let (Some(job), Some(clouds)) = (&resources.rings, &key.clouds) {
+                        passes.rings.encode(gpu, compute, &passes.lists.scan, job, clouds);
+                    }
+                }
+                Pass::Project => {
+                    pictures.iter().for_each(|(lists, p)| lists.encode_project(compute, p));
+                }
+                Pass::Sort => {
+                    pictures.iter().for_each(|(l, _)| l.encode_sort(compute, &passes.lists));
+                }
+                Pass::TileLists => {
+                    pictures.iter().for_each(|(l, _)| l.encode_lists(compute, &passes.lists));
+                }
+                Pass::Light => {
+                    for light in &resources.lights {
+                        passes.light.encode(compute, &light.job, tables, sky_bindings);
+                    }
+                }
+                Pass::Shadow => {
+                    passes.shadow.encode(compute, &self.shadow, &resources.shadow_bindings, tables);
+                }
+                Pass::Blend => {
+                    let bindings = &resources.blend_bindings;
+                    passes.blend.encode(compute, key.frame.size, bindings, tables, sky_bindings);
+                }
+                Pass::Resolve => {
+                    let bindings = &resources.resolve_bindings;
+                    passes.resolve.encode(compute, key.frame.size, bindings, tables, sky_bindings);
+                }
+                Pass::Tonemap => {
+                    passes.tonemap.encode(compute, key.frame.size, &resources.tonemap_bindings);
+                }
+            }
+        }
+        self.stats.gather(&mut encoder, resources);
+        gpu.queue.submit([encoder.finish()]);
+    }
+}
+
+fn compute_pass<'a>(
+    scope: &'a mut Scope<'_, wgpu::CommandEncoder>,
+    pass: Pass,
+) -> wgpu::ComputePass<'a> {
+    scope.begin_compute_pass(&wgpu::ComputePassDescriptor {
+        label: Some(pass.name()),
+        timestamp_writes: None,
+    })
+}
+
+fn sky_inputs(scene: &Scene) -> SkyInputs {
+    SkyInputs {
+        kind: match scene.sky {
+            Sky::Uniform { radiance } => SkyKind::Uniform { radiance: radiance as f32 },
+            Sky::Atmosphere => SkyKind::Atmosphere,
+        },
+        sun_direction: scene.sun.direction.as_vec3(),
+        sun_irradiance: scene.sun.irradiance as f32,
+        angular_diameter: scene.sun.angular_diameter.to_radians() as f32,
+        camera_altitude: scene.camera.position.y,
+        ground_albedo: scene.ground.map_or(DVec3::ZERO, |g| g.albedo).as_vec3(),
+    }
+}
+
+/// A box around all particles of the scene.
+fn bounds(scene: &Scene, time: f64) -> Bounds {
+    let mut result = Bounds { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, detail: 1e-3 };
+    if let Some(field) = &scene.clouds {
+        let reach = rings::reach(field);
+        let largest = field.particle_size * field.cell_size;
+        let camera = scene.camera.position;
+        let base = field.base + field.wind.y * time;
+        result.low = DVec3::new(camera.x - reach, base - largest, camera.z - reach);
+        result.high =
+            DVec3::new(camera.x + reach, base + 1.5 * field.thickness + largest, camera.z + reach);
+        result.detail = largest;
+    }
+    if !scene.particles.is_empty() {
+        let mut radii = 0.0;
+        for particle in &scene.particles {
+            result.low = result.low.min(particle.centre - particle.radius);
+            result.high = result.high.max(particle.centre + particle.radius);
+            radii += particle.radius;
+        }
+        result.detail = result.detail.max(radii / scene.particles.len() as f64);
+    }
+    if result.low.x > result.high.x {
+        result = Bounds { low: DVec3::ZERO, high: DVec3::ONE, detail: 1.0 };
+    }
+    result
+}
+
+/// Copies a texture to the host as plain pixels.
+fn read_texture<T: bytemuck::Pod>(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    size: [u32; 2],
+) -> Result<Vec<T>> {
+    let row = size[0] * size_of::<T>() as u32;
+    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let bytes = u64::from(padded) * u64::from(size[1]);
+    let buffer = buffers::storage(gpu, "picture read back", bytes as usize, 1);
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(padded),
+                rows_per_image: None,
+            },
+        },
+        wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+    );
+    gpu.queue.submit([encoder.finish()]);
+    let raw = gpu.read_buffer::<u8>(&buffer, bytes as usize)?;
+    Ok(raw
+        .chunks_exact(padded as usize)
+        .flat_map(|line| bytemuck::pod_collect_to_vec::<u8, T>(&line[..row as usize]))
+        .collect())
+}

@@ -1,0 +1,65 @@
+//! Resolve: puts sky, ground and air around the clouds; linear radiance out.
+
+use super::shadow::ShadowJob;
+use super::targets::Targets;
+use crate::Result;
+use crate::gpu::{Gpu, Kernel, ShaderLibrary};
+
+/// Side of a workgroup; as in the shader.
+const WORKGROUP: u32 = 8;
+
+/// The pipeline.
+pub struct ResolvePass {
+    kernel: Kernel,
+}
+
+impl ResolvePass {
+    /// Compiles the pass; it reads the sky (group 2) and leaves group 1 to the tables' layout.
+    pub fn new(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        tables: &wgpu::BindGroupLayout,
+        sky: &wgpu::BindGroupLayout,
+    ) -> Result<Self> {
+        let file = crate::shader_file!("frame/resolve.wgsl");
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[tables, sky])? })
+    }
+
+    /// Binds clouds, shadows and the picture.
+    pub fn bind(
+        &self,
+        gpu: &Gpu,
+        frame: &wgpu::Buffer,
+        shadow: &ShadowJob,
+        targets: &Targets,
+    ) -> wgpu::BindGroup {
+        let picture = targets.picture.create_view(&Default::default());
+        self.kernel.bind(
+            gpu,
+            &[
+                frame.as_entire_binding(),
+                shadow.uniforms.as_entire_binding(),
+                wgpu::BindingResource::TextureView(&targets.clouds),
+                wgpu::BindingResource::TextureView(&targets.distance),
+                wgpu::BindingResource::TextureView(&shadow.view()),
+                wgpu::BindingResource::TextureView(&picture),
+            ],
+        )
+    }
+
+    /// Records the pass.
+    pub fn encode(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        size: [u32; 2],
+        bindings: &wgpu::BindGroup,
+        tables: &wgpu::BindGroup,
+        sky: &wgpu::BindGroup,
+    ) {
+        pass.set_pipeline(self.kernel.pipeline("resolve"));
+        pass.set_bind_group(0, bindings, &[]);
+        pass.set_bind_group(1, tables, &[]);
+        pass.set_bind_group(2, sky, &[]);
+        pass.dispatch_workgroups(size[0].div_ceil(WORKGROUP), size[1].div_ceil(WORKGROUP), 1);
+    }
+}

@@ -1,0 +1,206 @@
+//! The buffers and bind groups of a frame, for one picture size and one set of capacities.
+
+use super::blend::BlendInputs;
+use super::gpu_data::{FrameUniforms, LightView, Particle, ParticleLight};
+use super::light::{LightJob, view_buffer};
+use super::passes::Passes;
+use super::picture_lists::{PictureLists, Projection};
+use super::rings::{RingJob, particle_count_buffer};
+use super::shadow::ShadowJob;
+use super::targets::Targets;
+use super::tile_lists::ListSize;
+use super::view::SCREEN_TILE;
+use crate::gpu::{Gpu, buffers};
+
+/// Entries of one picture's lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ListCapacity {
+    /// Entries of all bins.
+    pub bins: u32,
+    /// Entries of all tiles.
+    pub tiles: u32,
+}
+
+/// How much fits. Grows when a frame reports that it needed more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Capacities {
+    /// Particles.
+    pub particles: u32,
+    /// The screen's lists.
+    pub screen: ListCapacity,
+    /// The sun's and the zenith's.
+    pub lights: [ListCapacity; 2],
+}
+
+/// What the resources are made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Pixels.
+    pub size: [u32; 2],
+    /// Columns of cells in the cloud field; 0 without one.
+    pub columns: u32,
+    /// Tiles of the lights' pictures.
+    pub light_tiles: [[u32; 2]; 2],
+    /// How much fits.
+    pub capacities: Capacities,
+}
+
+/// One light's view, lists and job.
+pub struct LightResources {
+    /// `LightView`.
+    pub view: wgpu::Buffer,
+    /// Order and lists.
+    pub lists: PictureLists,
+    /// Binding of the light pass.
+    pub job: LightJob,
+}
+
+/// All of it.
+pub struct Resources {
+    /// What it was made for.
+    pub layout: Layout,
+    /// `FrameUniforms`.
+    pub frame: wgpu::Buffer,
+    /// Particles.
+    pub particles: wgpu::Buffer,
+    /// Their number.
+    pub particle_count: wgpu::Buffer,
+    /// Their light.
+    pub particle_lights: wgpu::Buffer,
+    /// The rings' buffers, where there is a cloud field.
+    pub rings: Option<RingJob>,
+    /// Particles in view.
+    pub visible: wgpu::Buffer,
+    /// The screen's order and lists.
+    pub screen: PictureLists,
+    /// Sun and zenith.
+    pub lights: [LightResources; 2],
+    /// Binding of the shadow pass.
+    pub shadow_bindings: wgpu::BindGroup,
+    /// Counts of the blend: look-ups, pixels, empty tiles.
+    pub blend_counts: wgpu::Buffer,
+    /// Binding of the blend.
+    pub blend_bindings: wgpu::BindGroup,
+    /// Binding of the resolve.
+    pub resolve_bindings: wgpu::BindGroup,
+    /// Binding of the tone map.
+    pub tonemap_bindings: wgpu::BindGroup,
+    /// Textures.
+    pub targets: Targets,
+}
+
+/// Words of `blend_counts`.
+pub const BLEND_COUNTS: usize = 3;
+
+impl Resources {
+    /// Makes everything.
+    pub fn new(
+        gpu: &Gpu,
+        passes: &Passes,
+        phase: &wgpu::Buffer,
+        shadow: &ShadowJob,
+        layout: Layout,
+    ) -> Self {
+        let capacity = layout.capacities.particles;
+        let frame =
+            buffers::uniform(gpu, "frame", &<FrameUniforms as bytemuck::Zeroable>::zeroed());
+        let particles =
+            buffers::storage(gpu, "particles", capacity as usize, size_of::<Particle>());
+        let particle_lights =
+            buffers::storage(gpu, "particle lights", capacity as usize, size_of::<ParticleLight>());
+        let particle_count = particle_count_buffer(gpu, 0);
+        let rings = (layout.columns > 0).then(|| {
+            passes.rings.job(gpu, &passes.lists.scan, layout.columns, &particles, &particle_count)
+        });
+        let visible = buffers::storage(gpu, "visible", 1, size_of::<u32>());
+        let list_size = |tiles, entries: ListCapacity| ListSize {
+            tiles,
+            particles: capacity,
+            bin_entries: entries.bins,
+            tile_entries: entries.tiles,
+        };
+        let screen = PictureLists::new(
+            gpu,
+            &passes.lists,
+            &passes.screen_project,
+            list_size(layout.size.map(|s| s.div_ceil(SCREEN_TILE)), layout.capacities.screen),
+            &frame,
+            &particles,
+            &particle_count,
+            &Projection::Screen { visible: &visible },
+        );
+        let lights = [0, 1].map(|i| {
+            let view = view_buffer(gpu);
+            let lists = PictureLists::new(
+                gpu,
+                &passes.lists,
+                &passes.light_project,
+                list_size(layout.light_tiles[i], layout.capacities.lights[i]),
+                &frame,
+                &particles,
+                &particle_count,
+                &Projection::Light { view: &view },
+            );
+            let job = passes.light.job(
+                gpu,
+                &frame,
+                &view,
+                &particles,
+                &lists,
+                &particle_count,
+                &particle_lights,
+            );
+            LightResources { view, lists, job }
+        });
+        let shadow_bindings =
+            passes.shadow.bind(gpu, shadow, &lights[0].view, &particles, &lights[0].lists);
+        let targets = Targets::new(gpu, layout.size);
+        let blend_counts = buffers::storage(gpu, "blend counts", BLEND_COUNTS, size_of::<u32>());
+        let blend_bindings = passes.blend.bind(
+            gpu,
+            &BlendInputs {
+                frame: &frame,
+                phase,
+                particles: &particles,
+                lights: &particle_lights,
+                lists: &screen,
+                counts: &blend_counts,
+            },
+            &targets,
+        );
+        let resolve_bindings = passes.resolve.bind(gpu, &frame, shadow, &targets);
+        let tonemap_bindings = passes.tonemap.bind(gpu, &frame, &targets);
+        Self {
+            layout,
+            frame,
+            particles,
+            particle_count,
+            particle_lights,
+            rings,
+            visible,
+            screen,
+            lights,
+            shadow_bindings,
+            blend_counts,
+            blend_bindings,
+            resolve_bindings,
+            tonemap_bindings,
+            targets,
+        }
+    }
+
+    /// Writes one light's view.
+    pub fn write_view(&self, gpu: &Gpu, index: usize, view: &LightView) {
+        gpu.queue.write_buffer(&self.lights[index].view, 0, bytemuck::bytes_of(view));
+    }
+
+    /// Device memory, bytes.
+    pub fn bytes(&self) -> u64 {
+        self.particles.size()
+            + self.particle_lights.size()
+            + self.rings.as_ref().map_or(0, RingJob::bytes)
+            + self.screen.bytes()
+            + self.lights.iter().map(|l| l.lists.bytes()).sum::<u64>()
+            + self.targets.bytes()
+    }
+}

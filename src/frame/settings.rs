@@ -1,0 +1,135 @@
+//! How much work a picture may cost.
+
+use std::fmt::{Display, Formatter};
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+/// Quality against time, from first looks to pictures for print.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    Deserialize,
+    clap::ValueEnum,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    /// For slow machines and first looks.
+    Low,
+    /// For interactive work.
+    Medium,
+    /// For pictures; the default.
+    #[default]
+    High,
+    /// As exact as the tables allow.
+    Ultra,
+}
+
+impl Preset {
+    /// All presets, cheapest first.
+    pub const ALL: [Self; 4] = [Self::Low, Self::Medium, Self::High, Self::Ultra];
+
+    /// The name on the command line and in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Low => "low",
+            Self::Medium => "medium",
+            Self::High => "high",
+            Self::Ultra => "ultra",
+        }
+    }
+}
+
+impl Display for Preset {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Preset {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL
+            .into_iter()
+            .find(|preset| preset.name() == text)
+            .ok_or_else(|| format!("expected low, medium, high or ultra, found `{text}`"))
+    }
+}
+
+/// What a renderer is made for, besides the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RenderSettings {
+    /// Quality against time.
+    pub preset: Preset,
+    /// A pass to leave out, to see what it does.
+    pub omit: Option<super::plan::Pass>,
+}
+
+/// The numbers behind a preset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quality {
+    /// Chords a pixel may have open at a time.
+    pub pending: u32,
+    /// A pixel is finished below this transmittance.
+    pub transmittance_stop: f32,
+    /// Points per particle where light is measured: 1, 2, 4 or 8.
+    pub light_samples: u32,
+    /// Texels a side of the shadow maps.
+    pub shadow_resolution: u32,
+}
+
+impl Preset {
+    /// The numbers behind the name.
+    pub const fn quality(self) -> Quality {
+        match self {
+            Self::Low => Quality {
+                pending: 2,
+                transmittance_stop: 0.02,
+                light_samples: 1,
+                shadow_resolution: 96,
+            },
+            Self::Medium => Quality {
+                pending: 4,
+                transmittance_stop: 0.01,
+                light_samples: 2,
+                shadow_resolution: 160,
+            },
+            Self::High => Quality {
+                pending: 8,
+                transmittance_stop: 0.004,
+                light_samples: 4,
+                shadow_resolution: 256,
+            },
+            Self::Ultra => Quality {
+                pending: 16,
+                transmittance_stop: 0.0005,
+                light_samples: 8,
+                shadow_resolution: 512,
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_back() {
+        for preset in Preset::ALL {
+            assert_eq!(preset.to_string().parse(), Ok(preset));
+            let serde_name = serde_json::to_value(preset).expect("a plain enum");
+            assert_eq!(serde_name, preset.name());
+        }
+        assert!("High".parse::<Preset>().is_err());
+    }
+}

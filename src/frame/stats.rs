@@ -1,0 +1,163 @@
+//! Counts and times of a frame, read back from the device.
+
+use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
+
+use super::picture::{Counters, PassTime};
+use super::plan::FramePlan;
+use super::resources::{BLEND_COUNTS, Capacities, ListCapacity, Resources};
+use crate::gpu::{Gpu, buffers};
+use crate::{Error, Result};
+
+/// Exact counts of one frame, as the device wrote them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Particles wanted, before any capacity cut them.
+    pub particles: u32,
+    /// Particles in view.
+    pub visible: u32,
+    /// Entries wanted of bins and tiles: screen, sun, zenith.
+    pub lists: [[u32; 2]; 3],
+    /// Table look-ups of the blend.
+    pub lookups: u32,
+    /// Pixels in tiles with particles.
+    pub pixels: u32,
+    /// Screen tiles without particles.
+    pub empty_tiles: u32,
+}
+
+/// Where all counts are gathered for one read.
+pub struct StatsReader {
+    words: wgpu::Buffer,
+    profiler: GpuProfiler,
+}
+
+const WORDS: usize = 1 + 1 + 6 + BLEND_COUNTS;
+const WORD: u64 = size_of::<u32>() as u64;
+
+impl StatsReader {
+    /// Makes the reader.
+    pub fn new(gpu: &Gpu) -> Result<Self> {
+        let profiler = GpuProfiler::new(&gpu.device, GpuProfilerSettings::default())
+            .map_err(|e| Error::Gpu(format!("timestamps: {e}")))?;
+        Ok(Self { words: buffers::storage(gpu, "counts", WORDS, WORD as usize), profiler })
+    }
+
+    /// The profiler for scopes of passes.
+    pub fn profiler(&self) -> &GpuProfiler {
+        &self.profiler
+    }
+
+    /// Records the gathering, after all passes.
+    pub fn gather(&mut self, encoder: &mut wgpu::CommandEncoder, resources: &Resources) {
+        let mut at = 0;
+        let mut copy = |from: &wgpu::Buffer, first: u64, count: u64| {
+            encoder.copy_buffer_to_buffer(from, first * WORD, &self.words, at * WORD, count * WORD);
+            at += count;
+        };
+        // ParticleCount.wanted
+        copy(&resources.particle_count, 1, 1);
+        copy(&resources.visible, 0, 1);
+        let pictures = [&resources.screen, &resources.lights[0].lists, &resources.lights[1].lists];
+        for picture in pictures {
+            let lists = &picture.lists;
+            copy(&lists.bin_offsets, lists.bin_total_index(), 1);
+            copy(&lists.tile_offsets, lists.tile_total_index(), 1);
+        }
+        copy(&resources.blend_counts, 0, BLEND_COUNTS as u64);
+        self.profiler.resolve_queries(encoder);
+    }
+
+    /// Waits for the frame and reads its counts.
+    pub fn read(&mut self, gpu: &Gpu) -> Result<Counts> {
+        let words = gpu.read_buffer::<u32>(&self.words, WORDS)?;
+        let [particles, visible, a, b, c, d, e, f, lookups, pixels, empty_tiles] = words[..] else {
+            return Err(Error::Gpu("a read-back of the wrong size".to_owned()));
+        };
+        let lists = [[a, b], [c, d], [e, f]];
+        Ok(Counts { particles, visible, lists, lookups, pixels, empty_tiles })
+    }
+
+    /// Ends the frame of the profiler and returns its times where there are any.
+    pub fn times(&mut self, gpu: &Gpu) -> Result<Vec<GpuTimerQueryResult>> {
+        self.profiler.end_frame().map_err(|e| Error::Gpu(format!("timestamps: {e}")))?;
+        gpu.wait()?;
+        Ok(self
+            .profiler
+            .process_finished_frame(gpu.queue.get_timestamp_period())
+            .unwrap_or_default())
+    }
+}
+
+/// Room that is added when something grows: a quarter, so that a slow growth does not make new
+/// buffers every frame.
+fn with_room(wanted: u32) -> u32 {
+    wanted.saturating_add(wanted / 4).max(64)
+}
+
+impl Counts {
+    /// The capacities that hold this frame, or none where the present ones do.
+    pub fn grown(&self, now: &Capacities) -> Option<Capacities> {
+        let list = |wanted: [u32; 2], now: ListCapacity| ListCapacity {
+            bins: if wanted[0] > now.bins { with_room(wanted[0]) } else { now.bins },
+            tiles: if wanted[1] > now.tiles { with_room(wanted[1]) } else { now.tiles },
+        };
+        let next = Capacities {
+            particles: if self.particles > now.particles {
+                with_room(self.particles)
+            } else {
+                now.particles
+            },
+            screen: list(self.lists[0], now.screen),
+            lights: [list(self.lists[1], now.lights[0]), list(self.lists[2], now.lights[1])],
+        };
+        (next != *now).then_some(next)
+    }
+
+    /// Entries and particles that found no room.
+    pub fn overflowed(&self, now: &Capacities) -> u64 {
+        let over = |wanted: u32, room: u32| u64::from(wanted.saturating_sub(room));
+        let list = |wanted: [u32; 2], room: ListCapacity| {
+            over(wanted[0], room.bins) + over(wanted[1], room.tiles)
+        };
+        over(self.particles, now.particles)
+            + list(self.lists[0], now.screen)
+            + list(self.lists[1], now.lights[0])
+            + list(self.lists[2], now.lights[1])
+    }
+
+    /// As part of the public statistics.
+    pub fn counters(&self, capacities: &Capacities, tiles: [u32; 2], bytes: u64) -> Counters {
+        Counters {
+            particles_generated: self.particles.into(),
+            particles_visible: self.visible.into(),
+            light_list_entries: u64::from(self.lists[1][1]) + u64::from(self.lists[2][1]),
+            screen_list_entries: self.lists[0][1].into(),
+            table_lookups: self.lookups.into(),
+            pixels_shaded: self.pixels.into(),
+            tiles: u64::from(tiles[0]) * u64::from(tiles[1]),
+            tiles_empty: self.empty_tiles.into(),
+            bytes_resident: bytes,
+            overflowed: self.overflowed(capacities),
+        }
+    }
+}
+
+/// The passes of a frame with their times and reasons.
+pub fn pass_times(plan: &FramePlan, times: &[GpuTimerQueryResult]) -> Vec<PassTime> {
+    plan.decisions()
+        .iter()
+        .map(|decision| {
+            let name = decision.pass.name();
+            let ranges: Vec<_> =
+                times.iter().filter(|t| t.label == name).filter_map(|t| t.time.as_ref()).collect();
+            let milliseconds = (decision.runs && !ranges.is_empty())
+                .then(|| ranges.iter().map(|r| (r.end - r.start) * 1e3).sum());
+            PassTime {
+                name: name.to_owned(),
+                milliseconds,
+                ran: decision.runs,
+                reason: decision.reason.to_owned(),
+            }
+        })
+        .collect()
+}

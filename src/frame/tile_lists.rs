@@ -1,0 +1,178 @@
+//! Lists of particles per tile of a picture (the screen's, the sun's, the zenith's), in sorted
+//! order, through bins of 8x8 tiles.
+
+use super::scan::{ScanJob, ScanPass};
+use crate::Result;
+use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
+
+/// Tiles a side of a bin; as in the shader.
+const BIN: u32 = 8;
+/// Sorted particles one invocation tests against a bin; as in the shader.
+const CHUNK: u32 = 256;
+/// Invocations of a workgroup in the bin passes; as in the shader.
+const BIN_WORKGROUP: u32 = 64;
+
+/// The pipelines.
+pub struct TileListPass {
+    kernel: Kernel,
+}
+
+/// How large the lists of one picture may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ListSize {
+    /// Tiles across and up.
+    pub tiles: [u32; 2],
+    /// Particles that are sorted.
+    pub particles: u32,
+    /// Entries of all bins.
+    pub bin_entries: u32,
+    /// Entries of all tiles.
+    pub tile_entries: u32,
+}
+
+/// The lists of one picture.
+pub struct TileLists {
+    /// First entry of each tile, and the total last.
+    pub tile_offsets: wgpu::Buffer,
+    /// Particles, tile after tile.
+    pub tile_entries: wgpu::Buffer,
+    /// First entry of each (bin, chunk), and the total last.
+    pub bin_offsets: wgpu::Buffer,
+    size: ListSize,
+    bins: u32,
+    chunks: u32,
+    bin_bindings: wgpu::BindGroup,
+    tile_count_bindings: wgpu::BindGroup,
+    tile_write_bindings: wgpu::BindGroup,
+    bin_scan: ScanJob,
+    tile_scan: ScanJob,
+    bytes: u64,
+}
+
+/// What the lists are made from.
+pub struct ListInputs<'a> {
+    /// Number of sorted particles: a word of a buffer.
+    pub lengths: &'a wgpu::Buffer,
+    /// Which word.
+    pub length_index: u32,
+    /// Particles in sorted order.
+    pub order: &'a wgpu::Buffer,
+    /// First tile and one past the last, x in the low half, per particle.
+    pub rectangles: &'a wgpu::Buffer,
+}
+
+impl TileListPass {
+    /// Compiles the pass.
+    pub fn new(gpu: &Gpu, library: &ShaderLibrary) -> Result<Self> {
+        let file = crate::shader_file!("frame/tile_lists.wgsl");
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[])? })
+    }
+
+    /// Makes the lists of one picture.
+    pub fn lists(
+        &self,
+        gpu: &Gpu,
+        scan: &ScanPass,
+        size: ListSize,
+        inputs: &ListInputs<'_>,
+    ) -> TileLists {
+        let bins = [size.tiles[0].div_ceil(BIN), size.tiles[1].div_ceil(BIN)];
+        let bin_count = bins[0] * bins[1];
+        let chunks = size.particles.div_ceil(CHUNK).max(1);
+        let tile_count = size.tiles[0] * size.tiles[1];
+        let params = buffers::uniform(
+            gpu,
+            "tile lists",
+            &[
+                size.tiles[0],
+                size.tiles[1],
+                bins[0],
+                bins[1],
+                chunks,
+                size.bin_entries,
+                size.tile_entries,
+                inputs.length_index,
+            ],
+        );
+        let words = |label, count: u32| buffers::storage(gpu, label, count as usize, size_of::<u32>());
+        let bin_counts = words("bin counts", bin_count * chunks);
+        let bin_offsets = words("bin offsets", bin_count * chunks + 1);
+        let bin_entries = words("bin entries", size.bin_entries);
+        let tile_counts = words("tile counts", tile_count);
+        let tile_offsets = words("tile offsets", tile_count + 1);
+        let tile_entries = words("tile entries", size.tile_entries);
+        let bind = |counts: &wgpu::Buffer| {
+            self.kernel.bind(
+                gpu,
+                &[
+                    params.as_entire_binding(),
+                    inputs.lengths.as_entire_binding(),
+                    inputs.order.as_entire_binding(),
+                    inputs.rectangles.as_entire_binding(),
+                    counts.as_entire_binding(),
+                    bin_offsets.as_entire_binding(),
+                    bin_entries.as_entire_binding(),
+                    tile_entries.as_entire_binding(),
+                ],
+            )
+        };
+        let all = [&bin_counts, &bin_offsets, &bin_entries, &tile_counts, &tile_offsets, &tile_entries];
+        let bytes = all.iter().map(|b| b.size()).sum();
+        TileLists {
+            bin_bindings: bind(&bin_counts),
+            tile_count_bindings: bind(&tile_counts),
+            tile_write_bindings: bind(&tile_offsets),
+            bin_scan: scan.job(gpu, &bin_counts, &bin_offsets, bin_count * chunks),
+            tile_scan: scan.job(gpu, &tile_counts, &tile_offsets, tile_count),
+            size,
+            bins: bin_count,
+            chunks,
+            tile_offsets,
+            tile_entries,
+            bin_offsets,
+            bytes,
+        }
+    }
+
+    /// Records the making of the lists.
+    pub fn encode(&self, pass: &mut wgpu::ComputePass<'_>, scan: &ScanPass, lists: &TileLists) {
+        let bin_groups = (lists.bins * lists.chunks).div_ceil(BIN_WORKGROUP);
+        let tile_groups = [lists.size.tiles[0].div_ceil(BIN), lists.size.tiles[1].div_ceil(BIN)];
+        pass.set_pipeline(self.kernel.pipeline("count_bins"));
+        pass.set_bind_group(0, &lists.bin_bindings, &[]);
+        pass.dispatch_workgroups(bin_groups, 1, 1);
+        scan.encode(pass, &lists.bin_scan);
+        pass.set_pipeline(self.kernel.pipeline("write_bins"));
+        pass.set_bind_group(0, &lists.bin_bindings, &[]);
+        pass.dispatch_workgroups(bin_groups, 1, 1);
+        pass.set_pipeline(self.kernel.pipeline("count_tiles"));
+        pass.set_bind_group(0, &lists.tile_count_bindings, &[]);
+        pass.dispatch_workgroups(tile_groups[0], tile_groups[1], 1);
+        scan.encode(pass, &lists.tile_scan);
+        pass.set_pipeline(self.kernel.pipeline("write_tiles"));
+        pass.set_bind_group(0, &lists.tile_write_bindings, &[]);
+        pass.dispatch_workgroups(tile_groups[0], tile_groups[1], 1);
+    }
+}
+
+impl TileLists {
+    /// The sizes these lists were made for.
+    pub fn size(&self) -> ListSize {
+        self.size
+    }
+
+    /// Index of the word of `bin_offsets` that holds the number of bin entries wanted.
+    pub fn bin_total_index(&self) -> u64 {
+        u64::from(self.bins * self.chunks)
+    }
+
+    /// Index of the word of `tile_offsets` that holds the number of tile entries wanted.
+    pub fn tile_total_index(&self) -> u64 {
+        u64::from(self.size.tiles[0] * self.size.tiles[1])
+    }
+
+    /// Device memory, bytes.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+}
