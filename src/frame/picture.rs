@@ -1,0 +1,68 @@
+//! A finished frame on the host, and what it took.
+
+use serde::Serialize;
+
+/// A finished frame, rows from top to bottom.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Linear Rec. 709 radiance (red, green, blue) in the unit of the sun's irradiance per
+    /// steradian; the fourth number is the opacity of the clouds, 1 - transmittance.
+    pub radiance: Vec<[f32; 4]>,
+    /// Exposed and tone mapped: sRGB, and an alpha that is not used.
+    pub pixels: Vec<[u8; 4]>,
+    /// What the frame took.
+    pub stats: FrameStats,
+}
+
+impl Picture {
+    /// Pixels of a picture of this size.
+    pub fn pixel_count(size: [u32; 2]) -> usize {
+        size[0] as usize * size[1] as usize
+    }
+}
+
+/// What one frame took, and why.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FrameStats {
+    /// The passes in the order they run.
+    pub passes: Vec<PassTime>,
+    /// How much there was to do.
+    pub counters: Counters,
+}
+
+/// One pass of a frame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassTime {
+    /// Name of the pass, the stem of its file.
+    pub name: String,
+    /// Time on the device, ms; none where the adapter has no timestamps or the pass did not run.
+    pub milliseconds: Option<f64>,
+    /// Whether it ran in this frame.
+    pub ran: bool,
+    /// Why it ran, or why it did not have to.
+    pub reason: String,
+}
+
+/// How much there was to do in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Counters {
+    /// Particles that exist: listed, or generated with a size above 0.
+    pub particles_generated: u64,
+    /// Particles that touch the picture.
+    pub particles_visible: u64,
+    /// Entries in the lists of tiles seen from the sun.
+    pub light_list_entries: u64,
+    /// Entries in the lists of tiles on screen.
+    pub screen_list_entries: u64,
+    /// Tiles on screen.
+    pub tiles: u64,
+    /// Tiles on screen without a particle.
+    pub tiles_empty: u64,
+    /// Memory on the device, bytes.
+    pub bytes_resident: u64,
+    /// Entries that did not fit into a list and were left out; anything but 0 is a defect of the
+    /// picture.
+    pub overflowed: u64,
+}
