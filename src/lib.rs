@@ -1,6 +1,11 @@
 //! Real-time volumetric clouds from precomputed particle tables, on wgpu.
 
+pub mod cli;
 pub mod error;
+pub mod frame;
 pub mod gpu;
+pub mod medium;
+pub mod output;
+pub mod scene;
 
 pub use error::{Error, Result};

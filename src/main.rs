@@ -1,2 +1,5 @@
-//! Cumuli.
-fn main() {}
+//! The command line of Cumuli.
+
+fn main() -> std::process::ExitCode {
+    cumuli::cli::main()
+}

@@ -1,0 +1,81 @@
+//! The command line: `cumuli render`, `cumuli info`, and the window where it is built in.
+//!
+//! Bad input ends with one sentence on standard error and exit code 2, before a device is made
+//! and before anything is written. Paths of what was written go to standard output, everything
+//! else to standard error.
+
+mod args;
+mod engine;
+mod info;
+mod progress;
+mod render;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+pub use args::{MAX_SIDE, Size};
+pub use info::InfoArgs;
+pub use render::{Job, RenderArgs};
+
+use crate::error::{Error, Result};
+
+/// Real-time volumetric clouds from precomputed particle tables.
+#[derive(Debug, Parser)]
+#[command(name = "cumuli", version, about, infer_subcommands = false)]
+pub struct Cli {
+    /// What to do; without a command the help is shown.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render one picture or a sequence of frames
+    Render(RenderArgs),
+    /// Show the graphics adapter, its limits, and the tables
+    Info(InfoArgs),
+}
+
+/// Reads the arguments, runs the command and tells the exit code: 0, 1 for what failed on good
+/// input, 2 for bad input.
+pub fn main() -> ExitCode {
+    start_log();
+    match run(Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // Nowhere is left to report a closed standard error.
+            let _ = writeln!(std::io::stderr(), "cumuli: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn run(cli: Cli) -> Result<()> {
+    match cli.command {
+        Some(Command::Render(args)) => render::run(&args),
+        Some(Command::Info(args)) => info::run(&args),
+        None => print(&format!("{}", Cli::command().render_help())),
+    }
+}
+
+/// Warnings to standard error; `RUST_LOG` asks for more.
+fn start_log() {
+    use tracing_subscriber::EnvFilter;
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
+    // A program that has set up its own log keeps it.
+    let _ =
+        tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init();
+}
+
+/// A line to standard output. A reader that has gone away, as `head` does, is no error.
+fn print(line: &str) -> Result<()> {
+    match writeln!(std::io::stdout(), "{line}") {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::io(std::path::Path::new("standard output"), "write", e))
+        }
+        _ => Ok(()),
+    }
+}

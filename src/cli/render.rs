@@ -1,0 +1,252 @@
+//! `cumuli render`: one picture, or a sequence of frames.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde::Serialize;
+
+use super::args::{self, Size};
+use super::{print, progress};
+use crate::error::{Error, Result};
+use crate::frame::{FrameStats, Picture, Preset, RenderSettings};
+use crate::output::{
+    self, Format, FrameRange, FrameState, Sequence, SequenceKey, check_target, write_atomically,
+    write_picture,
+};
+use crate::scene::{DEFAULT_SCENE, Scene};
+
+/// Arguments of `cumuli render`.
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// Scene file; without it, the built-in fair-weather cumulus
+    #[arg(long, value_name = "FILE")]
+    pub scene: Option<PathBuf>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    pub size: Size,
+    /// Time of the picture, or of frame 0, in seconds
+    #[arg(long, value_name = "S", default_value = "0", value_parser = args::time, allow_negative_numbers = true)]
+    pub time: f64,
+    /// Quality against time
+    #[arg(long, value_enum, default_value = "high")]
+    pub preset: Preset,
+    /// The picture (.png or .exr), or with --frames the folder for the frames
+    #[arg(long, value_name = "PATH")]
+    pub out: PathBuf,
+    /// Render a sequence: frames A to B, without B; frames that are there already are kept
+    #[arg(long, value_name = "A..B")]
+    pub frames: Option<FrameRange>,
+    /// Frames per second of the scene's time
+    #[arg(long, value_name = "N", default_value = "25", value_parser = args::fps, requires = "frames")]
+    pub fps: f64,
+    /// Format of the frames
+    #[arg(long, value_enum, default_value = "png", requires = "frames")]
+    pub format: Format,
+    /// Replace frames of another scene or of other settings in the folder
+    #[arg(long, requires = "frames")]
+    pub overwrite: bool,
+    /// Table file made by precompute; without it, the built-in tables
+    #[arg(long, value_name = "FILE")]
+    pub tables: Option<PathBuf>,
+    /// Print the time and the reason of each pass of the last frame to standard error
+    #[arg(long)]
+    pub timings: bool,
+    /// Write the statistics of each rendered frame to a JSON file
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+}
+
+/// A checked order for pictures: everything that can be known to be wrong without a graphics
+/// device has been refused.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// The scene.
+    pub scene: Scene,
+    /// The scene's name in errors.
+    pub place: String,
+    /// What the renderer is made for.
+    pub settings: RenderSettings,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    target: Target,
+    timings: bool,
+    stats: Option<PathBuf>,
+}
+
+#[derive(Clone, Debug)]
+enum Target {
+    Picture { path: PathBuf, time: f64 },
+    Sequence(Sequence),
+}
+
+/// Statistics of a frame, for the JSON file.
+#[derive(Serialize)]
+struct FrameRecord {
+    frame: u32,
+    time: f64,
+    #[serde(flatten)]
+    stats: FrameStats,
+}
+
+impl Job {
+    /// Reads the scene and checks where the pictures go.
+    pub fn new(args: &RenderArgs) -> Result<Self> {
+        let (scene, place) = load_scene(args.scene.as_deref())?;
+        if let Some(stats) = &args.stats {
+            check_file(stats)?;
+        }
+        let target = match args.frames {
+            None => {
+                check_target(&args.out)?;
+                Target::Picture { path: args.out.clone(), time: args.time }
+            }
+            Some(frames) => {
+                let key = SequenceKey {
+                    version: env!("CARGO_PKG_VERSION").to_owned(),
+                    scene: scene.to_toml()?,
+                    tables: match &args.tables {
+                        Some(path) => path.display().to_string(),
+                        None => "embedded".to_owned(),
+                    },
+                    size: args.size.0,
+                    preset: args.preset,
+                    start_time: args.time,
+                    fps: args.fps,
+                };
+                let sequence = Sequence {
+                    key,
+                    frames,
+                    format: args.format,
+                    folder: args.out.clone(),
+                    replace: args.overwrite,
+                };
+                sequence.check()?;
+                // The scene is the same for all frames, so their times are what is left to check.
+                for frame in [frames.start, frames.end - 1] {
+                    crate::scene::check_time("--frames", sequence.key.time(frame))?;
+                }
+                Target::Sequence(sequence)
+            }
+        };
+        Ok(Self {
+            scene,
+            place,
+            settings: RenderSettings { preset: args.preset },
+            size: args.size.0,
+            target,
+            timings: args.timings,
+            stats: args.stats.clone(),
+        })
+    }
+
+    /// Renders what is asked for. `render` makes the picture at a time in seconds.
+    pub fn run(&self, mut render: impl FnMut(f64) -> Result<Picture>) -> Result<()> {
+        let mut records = Vec::new();
+        match &self.target {
+            Target::Picture { path, time } => {
+                let picture = render(*time)?;
+                write_picture(path, &picture)?;
+                print(&path.display().to_string())?;
+                records.push(FrameRecord { frame: 0, time: *time, stats: picture.stats });
+            }
+            Target::Sequence(sequence) => self.run_sequence(sequence, render, &mut records)?,
+        }
+        if let (true, Some(record)) = (self.timings, records.last()) {
+            eprint_timings(&record.stats);
+        }
+        if let Some(path) = &self.stats {
+            write_atomically(path, |out| {
+                serde_json::to_writer_pretty(&mut *out, &records).map_err(std::io::Error::other)?;
+                out.write_all(b"\n")
+            })?;
+            print(&path.display().to_string())?;
+        }
+        Ok(())
+    }
+
+    fn run_sequence(
+        &self,
+        sequence: &Sequence,
+        mut render: impl FnMut(f64) -> Result<Picture>,
+        records: &mut Vec<FrameRecord>,
+    ) -> Result<()> {
+        let bar = progress::bar(u64::from(sequence.frames.count()), "frames");
+        let keep_stats = self.stats.is_some();
+        let report = sequence.run(
+            |frame, time| {
+                let mut picture = render(time)?;
+                // Without a file for them, the last frame's statistics are enough.
+                if !keep_stats {
+                    records.clear();
+                }
+                let stats = std::mem::take(&mut picture.stats);
+                records.push(FrameRecord { frame, time, stats });
+                Ok(picture)
+            },
+            |_, state, _| match state {
+                FrameState::Written => bar.inc(1),
+                FrameState::Kept => {
+                    // What was there already took no time: the estimate starts after it.
+                    bar.inc(1);
+                    bar.reset_eta();
+                }
+            },
+        );
+        bar.finish_and_clear();
+        let report = report?;
+        let first = sequence.path(sequence.frames.start);
+        let last = sequence.path(sequence.frames.end - 1);
+        eprint_line(&format!("{} frames written, {} were there", report.written, report.kept));
+        print(&first.display().to_string())?;
+        if first != last {
+            print(&last.display().to_string())?;
+        }
+        Ok(())
+    }
+}
+
+/// Runs the command.
+pub(super) fn run(args: &RenderArgs) -> Result<()> {
+    let job = Job::new(args)?;
+    let render = super::engine::renderer(&job, args.tables.as_deref())?;
+    job.run(render)
+}
+
+/// The named scene, or the built-in one, with its name for errors.
+pub(super) fn load_scene(path: Option<&Path>) -> Result<(Scene, String)> {
+    match path {
+        Some(path) => Ok((Scene::load(path)?, path.display().to_string())),
+        None => {
+            let place = "the built-in scene".to_owned();
+            Ok((Scene::from_toml(DEFAULT_SCENE, &place, Path::new(""))?, place))
+        }
+    }
+}
+
+/// Refuses a path where a file can't be written.
+fn check_file(path: &Path) -> Result<()> {
+    if path.is_dir() {
+        return Err(Error::input(path.display().to_string(), "is a folder, expected a file name"));
+    }
+    path.parent().map_or(Ok(()), output::check_folder)
+}
+
+/// A table of passes: name, time, whether it ran and why.
+fn eprint_timings(stats: &FrameStats) {
+    let width = stats.passes.iter().map(|p| p.name.len()).max().unwrap_or(0);
+    for pass in &stats.passes {
+        let time = match pass.milliseconds {
+            Some(ms) => format!("{ms:9.3} ms"),
+            None if pass.ran => "  no timer".to_owned() + "  ",
+            None => "   skipped".to_owned() + "  ",
+        };
+        eprint_line(&format!("{:width$} {time}  {}", pass.name, pass.reason));
+    }
+    eprint_line(&format!("{:?}", stats.counters));
+}
+
+/// A line to standard error, which may be closed.
+fn eprint_line(line: &str) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr(), "{line}");
+}

@@ -1,0 +1,136 @@
+//! The checks of a scene's values, one function per part.
+
+use super::fault::{At, Checked};
+use super::{Camera, CloudField, ParticleSpec, Scene, Sky, Sun, limits, vector};
+
+/// All of a scene.
+pub(super) fn scene(scene: &Scene) -> Checked {
+    let root = At::Root;
+    camera(&scene.camera, root.key("camera"))?;
+    sun(&scene.sun, root.key("sun"))?;
+    if let Sky::Uniform { radiance } = scene.sky {
+        root.key("sky").key("radiance").number(radiance, &limits::IRRADIANCE)?;
+    }
+    if let Some(ground) = &scene.ground {
+        let at = root.key("ground");
+        at.key("albedo").numbers(&ground.albedo.to_array(), &limits::ALBEDO)?;
+    }
+    root.key("medium").key("albedo").number(scene.medium.albedo, &limits::ALBEDO)?;
+    if let Some(field) = &scene.clouds {
+        clouds(field, root.key("clouds"))?;
+    }
+    root.key("output").key("exposure").number(scene.exposure, &limits::EXPOSURE)?;
+    particles(&scene.particles, root)
+}
+
+fn camera(camera: &Camera, at: At<'_>) -> Checked {
+    at.key("position").numbers(&camera.position.to_array(), &limits::COORDINATE)?;
+    at.key("target").numbers(&camera.target.to_array(), &limits::COORDINATE)?;
+    at.key("up").numbers(&camera.up.to_array(), &limits::DIRECTION)?;
+    if vector::unit(camera.up).is_none() {
+        return Err(at.key("up").fault("expected a direction, found [0, 0, 0]"));
+    }
+    if vector::unit(camera.target - camera.position).is_none() {
+        return Err(at.key("target").fault("expected a point other than camera.position"));
+    }
+    at.key("fov_x").number(camera.fov_x, &limits::FIELD_OF_VIEW)
+}
+
+fn sun(sun: &Sun, at: At<'_>) -> Checked {
+    at.key("direction").numbers(&sun.direction.to_array(), &limits::DIRECTION)?;
+    if vector::unit(sun.direction).is_none() {
+        return Err(at.key("direction").fault("expected a direction, found [0, 0, 0]"));
+    }
+    at.key("irradiance").number(sun.irradiance, &limits::IRRADIANCE)?;
+    at.key("angular_diameter").number(sun.angular_diameter, &limits::ANGULAR_DIAMETER)
+}
+
+fn clouds(field: &CloudField, at: At<'_>) -> Checked {
+    at.key("base").number(field.base, &limits::CLOUD_BASE)?;
+    at.key("thickness").number(field.thickness, &limits::CLOUD_THICKNESS)?;
+    at.key("coverage").number(field.coverage, &limits::COVERAGE)?;
+    at.key("extinction").number(field.extinction, &limits::EXTINCTION)?;
+    at.key("feature_size").number(field.feature_size, &limits::FEATURE_SIZE)?;
+    at.key("cell_size").number(field.cell_size, &limits::CELL_SIZE)?;
+    at.key("cells").whole(field.cells, &limits::CELLS)?;
+    if !field.cells.is_multiple_of(2) {
+        return Err(at
+            .key("cells")
+            .fault(format!("expected an even number, found {}", field.cells)));
+    }
+    at.key("rings").whole(field.rings, &limits::RINGS)?;
+    at.key("layers").whole(field.layers, &limits::LAYERS)?;
+    if field.slots() > limits::MOST_SLOTS {
+        return Err(at.fault(format!(
+            "expected cells * cells * rings * layers to be at most {}, found {}",
+            limits::MOST_SLOTS,
+            field.slots()
+        )));
+    }
+    at.key("particle_size").number(field.particle_size, &limits::PARTICLE_SIZE)?;
+    at.key("wind").numbers(&field.wind.to_array(), &limits::WIND)?;
+    at.key("evolution_time").number(field.evolution_time, &limits::EVOLUTION_TIME)?;
+    let shapes = at.key("shapes");
+    field.shapes.iter().enumerate().try_for_each(|(i, name)| shape(name, shapes.index(i)))
+}
+
+/// Listed particles; `at` is what holds the list.
+pub(super) fn particles(particles: &[ParticleSpec], at: At<'_>) -> Checked {
+    let list = at.key("particles");
+    if particles.len() > limits::MOST_PARTICLES {
+        return Err(list.fault(format!(
+            "expected at most {} particles, found {}",
+            limits::MOST_PARTICLES,
+            particles.len()
+        )));
+    }
+    particles
+        .iter()
+        .enumerate()
+        .try_for_each(|(i, particle)| self::particle(particle, list.index(i)))
+}
+
+fn particle(particle: &ParticleSpec, at: At<'_>) -> Checked {
+    at.key("centre").numbers(&particle.centre.to_array(), &limits::COORDINATE)?;
+    at.key("radius").number(particle.radius, &limits::RADIUS)?;
+    at.key("extinction").number(particle.extinction, &limits::EXTINCTION)?;
+    shape(&particle.shape, at.key("shape"))?;
+    let orientation = at.key("orientation");
+    orientation.numbers(&particle.orientation.to_array(), &limits::DIRECTION)?;
+    if vector::unit_quaternion(particle.orientation).is_none() {
+        return Err(orientation.fault("expected a quaternion [x, y, z, w] that is not zero"));
+    }
+    Ok(())
+}
+
+fn shape(name: &str, at: At<'_>) -> Checked {
+    if name.is_empty() {
+        Err(at.fault("expected the name of a shape, found nothing"))
+    } else {
+        Ok(())
+    }
+}
+
+/// The shapes that a scene names, against those that the tables hold.
+pub(super) fn shapes(scene: &Scene, known: &[&str]) -> Checked {
+    let look_up = |name: &str, at: At<'_>| {
+        if known.contains(&name) {
+            return Ok(());
+        }
+        let name = super::fault::tidy(name, 100);
+        Err(at.fault(format!("the tables hold no shape `{name}`, only {}", known.join(", "))))
+    };
+    let root = At::Root;
+    if let Some(field) = &scene.clouds {
+        let list = root.key("clouds");
+        let list = list.key("shapes");
+        for (i, name) in field.shapes.iter().enumerate() {
+            look_up(name, list.index(i))?;
+        }
+    }
+    let list = root.key("particles");
+    for (i, particle) in scene.particles.iter().enumerate() {
+        look_up(&particle.shape, list.index(i).key("shape"))?;
+    }
+    Ok(())
+}

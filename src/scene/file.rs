@@ -1,0 +1,165 @@
+//! The TOML form of a scene, and the way between it and [`Scene`].
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use toml::de::{DeTable, DeValue};
+
+use super::fault::{self, At, Fault};
+use super::{Camera, CloudField, Ground, Medium, ParticleSpec, Scene, Sky, Sun};
+use super::{check, particles, vector};
+use crate::error::{Error, Result};
+
+/// The file as it is written; [`Scene`] is what it means.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneFile {
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    name: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    particles_file: Option<PathBuf>,
+    camera: Camera,
+    sun: Sun,
+    #[serde(default)]
+    sky: SkyTable,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    ground: Option<Ground>,
+    #[serde(default)]
+    medium: Medium,
+    #[serde(default)]
+    output: Output,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    clouds: Option<CloudField>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    particles: Vec<ParticleSpec>,
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SkyTable {
+    kind: SkyKind,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    radiance: Option<f64>,
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum SkyKind {
+    Uniform,
+    Atmosphere,
+}
+
+impl Default for SkyTable {
+    fn default() -> Self {
+        Self { kind: SkyKind::Atmosphere, radiance: None }
+    }
+}
+
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Output {
+    exposure: f64,
+}
+
+pub(super) fn parse(text: &str, place: &str, base_dir: &Path) -> Result<Scene> {
+    // An editor's byte order mark is no part of the text.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let not_toml = |e: toml::de::Error| toml_error(text, place, "", &e);
+    let reader = toml::Deserializer::parse(text).map_err(not_toml)?;
+    let file: SceneFile = serde_path_to_error::deserialize(reader).map_err(|e| {
+        let path = fault::path_text(e.path());
+        toml_error(text, place, &path, e.inner())
+    })?;
+    let particles_file = file.particles_file.clone();
+    let mut scene = checked(file).map_err(|f| {
+        let line = line_of(text, f.field());
+        f.in_line(place, line)
+    })?;
+    if let Some(named) = particles_file {
+        scene.particles.extend(particles::load(&base_dir.join(named))?);
+        // Each list is within the limits; their sum may not be.
+        check::scene(&scene).map_err(|f| f.in_place(place))?;
+    }
+    Ok(scene)
+}
+
+fn checked(file: SceneFile) -> std::result::Result<Scene, Fault> {
+    let at = At::Root;
+    let sky = match (file.sky.kind, file.sky.radiance) {
+        (SkyKind::Uniform, Some(radiance)) => Sky::Uniform { radiance },
+        (SkyKind::Atmosphere, None) => Sky::Atmosphere,
+        (SkyKind::Uniform, None) => {
+            return Err(at.key("sky").key("radiance").fault("is missing, a uniform sky needs it"));
+        }
+        (SkyKind::Atmosphere, Some(_)) => {
+            return Err(at.key("sky").key("radiance").fault(
+                "only a uniform sky has a radiance, that of an atmosphere follows from the sun",
+            ));
+        }
+    };
+    let mut scene = Scene {
+        name: file.name,
+        camera: file.camera,
+        sun: file.sun,
+        sky,
+        ground: file.ground,
+        medium: file.medium,
+        particles: file.particles,
+        clouds: file.clouds,
+        exposure: file.output.exposure,
+    };
+    check::scene(&scene)?;
+    // After the checks, so a zero or infinite direction has been refused.
+    scene.sun.direction = vector::unit(scene.sun.direction).unwrap_or(scene.sun.direction);
+    particles::normalise(&mut scene.particles);
+    Ok(scene)
+}
+
+pub(super) fn write(scene: &Scene) -> Result<String> {
+    let (kind, radiance) = match scene.sky {
+        Sky::Uniform { radiance } => (SkyKind::Uniform, Some(radiance)),
+        Sky::Atmosphere => (SkyKind::Atmosphere, None),
+    };
+    let file = SceneFile {
+        name: scene.name.clone(),
+        particles_file: None,
+        camera: scene.camera,
+        sun: scene.sun,
+        sky: SkyTable { kind, radiance },
+        ground: scene.ground,
+        medium: scene.medium,
+        output: Output { exposure: scene.exposure },
+        clouds: scene.clouds.clone(),
+        particles: scene.particles.clone(),
+    };
+    toml::to_string(&file).map_err(|e| Error::input("scene", e.to_string()))
+}
+
+fn toml_error(text: &str, place: &str, path: &str, error: &toml::de::Error) -> Error {
+    let line = error.span().map_or(0, |span| line_at(text, span.start));
+    fault::from_serde(path, error.message()).in_line(place, line)
+}
+
+/// The line of a byte, counted from 1.
+fn line_at(text: &str, byte: usize) -> usize {
+    let before = text.as_bytes().iter().take(byte);
+    1 + before.filter(|b| **b == b'\n').count()
+}
+
+/// The line where a field stands, or the table it is missing from; 0 if there is none.
+fn line_of(text: &str, field: &str) -> usize {
+    let Ok(root) = DeTable::parse(text) else { return 0 };
+    let mut line = 0;
+    let mut value = &DeValue::Table(root.into_inner());
+    for part in field.split(['.', '[']) {
+        let next = match (value, part.strip_suffix(']').map(str::parse::<usize>)) {
+            (DeValue::Array(list), Some(Ok(index))) => list.get(index),
+            (DeValue::Table(table), None) => table.get(part),
+            _ => None,
+        };
+        let Some(next) = next else { break };
+        line = line_at(text, next.span().start);
+        value = next.get_ref();
+    }
+    line
+}

@@ -1,0 +1,67 @@
+//! The range of every number in a scene.
+//!
+//! The limits are wide: they keep what is plainly a mistake out, and numbers whose products would
+//! overflow the 32-bit floats of the graphics device (about 3e38).
+
+/// Numbers that are accepted, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The least.
+    pub least: f64,
+    /// The greatest.
+    pub most: f64,
+    /// The unit, for messages; empty for a pure number.
+    pub unit: &'static str,
+}
+
+const fn range(least: f64, most: f64, unit: &'static str) -> Range {
+    Range { least, most, unit }
+}
+
+/// A coordinate: up to ten times what the precision tests ask for (1e10 m from the origin).
+pub const COORDINATE: Range = range(-1e11, 1e11, "m");
+/// Horizontal field of view of a flat picture, which reaches 180 degrees only at infinite width.
+pub const FIELD_OF_VIEW: Range = range(1.0, 179.0, "degrees");
+/// A component of a direction of any length.
+pub const DIRECTION: Range = range(-f64::MAX, f64::MAX, "");
+/// The sun's irradiance, and a radiance, in the scene's own unit.
+pub const IRRADIANCE: Range = range(0.0, 1e6, "");
+/// The sun's angular diameter: a point would have infinite radiance.
+pub const ANGULAR_DIAMETER: Range = range(0.01, 20.0, "degrees");
+/// A reflected or scattered share.
+pub const ALBEDO: Range = range(0.0, 1.0, "");
+/// Radius of a particle.
+pub const RADIUS: Range = range(1e-3, 1e6, "m");
+/// Extinction at density 1.
+pub const EXTINCTION: Range = range(0.0, 1e6, "1/m");
+/// Exposure: a factor of 16 million up or down.
+pub const EXPOSURE: Range = range(-24.0, 24.0, "EV");
+/// Altitude of the cloud base: from fog to the tropopause in the tropics.
+pub const CLOUD_BASE: Range = range(0.0, 20_000.0, "m");
+/// Height of the tallest cloud.
+pub const CLOUD_THICKNESS: Range = range(1.0, 20_000.0, "m");
+/// Share of the sky that is covered.
+pub const COVERAGE: Range = range(0.0, 1.0, "");
+/// Wavelength of the coverage noise: from a street to a continent.
+pub const FEATURE_SIZE: Range = range(10.0, 1e6, "m");
+/// Side of a cell of the innermost ring.
+pub const CELL_SIZE: Range = range(1.0, 1e5, "m");
+/// Radius of a particle in cells.
+pub const PARTICLE_SIZE: Range = range(0.1, 4.0, "cells");
+/// A component of the wind: twice the strongest jet stream.
+pub const WIND: Range = range(-200.0, 200.0, "m/s");
+/// Time in which clouds grow and vanish.
+pub const EVOLUTION_TIME: Range = range(1.0, 1e9, "s");
+/// Time of a picture: 300 years either way.
+pub const TIME: Range = range(-1e10, 1e10, "s");
+
+/// Cells per side of a ring: even, so that the ring inside it takes a square of whole cells.
+pub const CELLS: std::ops::RangeInclusive<u32> = 2..=512;
+/// Number of rings; the cells of the outermost are 2^15 times as wide as the innermost.
+pub const RINGS: std::ops::RangeInclusive<u32> = 1..=16;
+/// Particles stacked in a cell.
+pub const LAYERS: std::ops::RangeInclusive<u32> = 1..=64;
+/// Cells of all rings times layers: what a device of 2 GiB holds.
+pub const MOST_SLOTS: u64 = 4 << 20;
+/// Listed particles.
+pub const MOST_PARTICLES: usize = 2_000_000;

@@ -1,0 +1,120 @@
+//! What is in the sky: camera, sun, air, ground, and clouds as a field or as listed particles.
+//!
+//! A [`Scene`] comes from a TOML file, every value of which is checked when it is read, so the
+//! passes behind it can rely on finite numbers in the ranges of [`limits`].
+
+mod bodies;
+mod camera;
+mod check;
+mod clouds;
+mod fault;
+mod file;
+pub mod limits;
+mod particles;
+mod text_file;
+mod vector;
+
+use std::path::Path;
+
+pub use bodies::{Ground, Medium, Sky, Sun};
+pub use camera::{Camera, CameraBasis};
+pub use clouds::CloudField;
+pub use particles::ParticleSpec;
+
+use crate::error::{Error, Result};
+use fault::At;
+
+/// The scene that is shown when none is named.
+pub const DEFAULT_SCENE: &str = include_str!("../../scenes/cumulus.toml");
+
+/// Everything a picture depends on apart from time, size and quality.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// A name for people; the file's stem where the file gives none.
+    pub name: String,
+    /// Where the picture is taken from.
+    pub camera: Camera,
+    /// The only light besides the sky.
+    pub sun: Sun,
+    /// What is behind and between the clouds.
+    pub sky: Sky,
+    /// The ground at altitude 0, if the file asks for one; see [`Scene::effective_ground`].
+    pub ground: Option<Ground>,
+    /// What the particles are filled with.
+    pub medium: Medium,
+    /// Particles listed one by one.
+    pub particles: Vec<ParticleSpec>,
+    /// Clouds generated around the camera.
+    pub clouds: Option<CloudField>,
+    /// Exposure of the tone-mapped picture, EV: each step doubles the brightness. The linear
+    /// radiance is not touched by it.
+    pub exposure: f64,
+}
+
+impl Default for Scene {
+    /// A clear sky in the afternoon, seen by someone standing on the ground.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            camera: Camera::default(),
+            sun: Sun::default(),
+            sky: Sky::Atmosphere,
+            ground: None,
+            medium: Medium::default(),
+            particles: Vec::new(),
+            clouds: None,
+            exposure: 0.0,
+        }
+    }
+}
+
+impl Scene {
+    /// Reads a scene file and the particles file that it may name.
+    pub fn load(path: &Path) -> Result<Self> {
+        let text = text_file::read(path, text_file::SCENE)?;
+        let base = path.parent().unwrap_or(Path::new(""));
+        let mut scene = Self::from_toml(&text, &path.display().to_string(), base)?;
+        if scene.name.is_empty() {
+            scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        }
+        Ok(scene)
+    }
+
+    /// Reads a scene from text. `place` names it in errors, and a `particles_file` is looked for
+    /// in `base_dir`.
+    pub fn from_toml(text: &str, place: &str, base_dir: &Path) -> Result<Self> {
+        file::parse(text, place, base_dir)
+    }
+
+    /// Writes the scene as TOML, with all particles listed in it; [`Scene::from_toml`] reads
+    /// back an equal scene.
+    pub fn to_toml(&self) -> Result<String> {
+        file::write(self)
+    }
+
+    /// Checks every value, for scenes that were made by a program. What [`Scene::load`] returns
+    /// has passed.
+    pub fn validate(&self) -> Result<()> {
+        check::scene(self).map_err(|f| f.in_place("scene"))
+    }
+
+    /// Checks that every shape the scene names is among `known` (the shapes of the tables).
+    pub fn check_shapes(&self, place: &str, known: &[&str]) -> Result<()> {
+        check::shapes(self, known).map_err(|f| f.in_place(place))
+    }
+
+    /// The ground that is seen and that reflects: the scene's own; under an atmosphere a default
+    /// one where the scene has none; nothing under a uniform sky that doesn't ask for one.
+    pub fn effective_ground(&self) -> Option<Ground> {
+        match (self.ground, self.sky) {
+            (Some(ground), _) => Some(ground),
+            (None, Sky::Atmosphere) => Some(Ground::default()),
+            (None, Sky::Uniform { .. }) => None,
+        }
+    }
+}
+
+/// Checks a time in seconds that comes from outside; `place` names it ("--time").
+pub fn check_time(place: &str, seconds: f64) -> Result<()> {
+    At::Root.number(seconds, &limits::TIME).map_err(|f| Error::input(place, f.message()))
+}
