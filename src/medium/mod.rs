@@ -1,0 +1,5 @@
+//! What a particle is made of: how it scatters light, and where inside the unit sphere it is.
+
+pub mod phase;
+
+pub use phase::{Phase, PhaseParams, PreparedPhase};
