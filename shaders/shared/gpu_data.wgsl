@@ -45,9 +45,9 @@ struct FrameUniforms {
     has_ground: u32,          // 1: there is a ground
     particle_capacity: u32,   // slots in the particle buffers
     has_clouds: u32,          // 1: the blend has run
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
+    padding_a: u32,
+    padding_b: u32,
+    padding_c: u32,
 }
 
 // A set of parallel lines seen as a picture: from the sun, or from the zenith.
@@ -73,7 +73,7 @@ struct Ring {
     fade_out: vec2<f32>,      // m, where it begins to fade and has gone
     layers: u32,
     first_column: u32,        // index of its first column of cells among all rings'
-    pad0: vec4<u32>,
+    padding_a: vec4<u32>,
 }
 
 // The cloud field, constant for a frame.
@@ -93,7 +93,7 @@ struct CloudUniforms {
     shapes: u32,                // number of entries in use of shape_list
     capacity: u32,              // slots for particles
     first_slot: u32,            // slots before it hold the scene's own particles
-    pad0: u32,
+    padding_a: u32,
     evolution_cell: array<vec4<i32>, 8>, // per octave: x lattice cell in time
     evolution: array<vec4<f32>, 8>,      // per octave: x fraction of that cell
     shape_list: array<vec4<u32>, 8>,     // x: shape index in the tables, y: bits of its mean density

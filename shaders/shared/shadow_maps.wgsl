@@ -5,8 +5,8 @@ struct ShadowUniforms {
     corner: array<vec4<f32>, 2>, // xy: m, x and z of the map's corner relative to the camera; z: m, side
     resolution: u32,             // texels a side
     ground: f32,                 // m, altitude of the ground relative to the camera
-    pad0: u32,
-    pad1: u32,
+    padding_a: u32,
+    padding_b: u32,
 }
 
 // Point on the ground in the middle of a texel, relative to the camera.

@@ -1,17 +1,26 @@
-//! temporary
-use super::render::Job;
-use crate::error::{Error, Result};
-use crate::frame::Picture;
+//! Joins the command line to the renderer.
+
 use std::path::Path;
+
+use super::render::Job;
+use crate::error::Result;
+use crate::frame::{Picture, Renderer};
+use crate::gpu::Gpu;
+use crate::tables::TableSet;
+
+/// Makes the device and the renderer for a job: a function from time (s) to picture.
 pub(super) fn renderer(
-    _job: &Job,
-    _tables: Option<&Path>,
+    job: &Job,
+    tables: Option<&Path>,
 ) -> Result<impl FnMut(f64) -> Result<Picture>> {
-    if std::env::var_os("CUMULI_NEVER").is_some() {
-        return Ok(|_| Err(Error::Gpu("no".into())));
-    }
-    Err(Error::Gpu("the renderer is not there yet".into()))
+    let _ = tables;
+    let tables = TableSet::embedded()?;
+    let gpu = Gpu::headless()?;
+    let mut renderer = Renderer::new(&gpu, &tables, &job.scene, &job.settings)?;
+    let (scene, size) = (job.scene.clone(), job.size);
+    Ok(move |time| renderer.render(&scene, time, size))
 }
+
 pub(super) fn tables_summary(_path: Option<&Path>) -> Result<Vec<String>> {
     Ok(Vec::new())
 }

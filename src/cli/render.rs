@@ -131,7 +131,7 @@ impl Job {
         Ok(Self {
             scene,
             place,
-            settings: RenderSettings { preset: args.preset },
+            settings: RenderSettings { preset: args.preset, ..Default::default() },
             size: args.size.0,
             target,
             timings: args.timings,

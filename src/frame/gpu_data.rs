@@ -97,11 +97,11 @@ gpu_struct! {
         /// 1: the blend has run.
         has_clouds: u32,
         /// Unused.
-        pad0: u32,
+        padding_a: u32,
         /// Unused.
-        pad1: u32,
+        padding_b: u32,
         /// Unused.
-        pad2: u32,
+        padding_c: u32,
     }
 }
 
@@ -149,7 +149,7 @@ gpu_struct! {
         /// Index of its first column among all rings'.
         first_column: u32,
         /// Unused.
-        pad0: [u32; 4],
+        padding_a: [u32; 4],
     }
 }
 
@@ -187,7 +187,7 @@ gpu_struct! {
         /// Slots before it hold the scene's own particles.
         first_slot: u32,
         /// Unused.
-        pad0: u32,
+        padding_a: u32,
         /// x: lattice cell in time, per octave.
         evolution_cell: [[i32; 4]; FIELD_SLOTS],
         /// x: fraction of that cell, per octave.
@@ -219,9 +219,9 @@ gpu_struct! {
         /// m, altitude of the ground relative to the camera.
         ground: f32,
         /// Unused.
-        pad0: u32,
+        padding_a: u32,
         /// Unused.
-        pad1: u32,
+        padding_b: u32,
     }
 }
 

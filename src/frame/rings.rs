@@ -215,7 +215,7 @@ fn place_ring(field: &CloudField, camera: DVec2, cell_size: f64, layers: u32) ->
         fade_out: [((1.0 - FADE_SHARE) * reach) as f32, reach as f32],
         layers,
         first_column: 0,
-        pad0: [0; 4],
+        padding_a: [0; 4],
     }
 }
 

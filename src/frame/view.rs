@@ -62,9 +62,9 @@ pub fn frame_uniforms(
         has_ground: u32::from(scene.ground.is_some()),
         particle_capacity,
         has_clouds: u32::from(has_clouds),
-        pad0: 0,
-        pad1: 0,
-        pad2: 0,
+        padding_a: 0,
+        padding_b: 0,
+        padding_c: 0,
     }
 }
 
@@ -126,7 +126,7 @@ pub fn shadow_uniforms(camera: DVec3, bounds: &Bounds, resolution: u32) -> Shado
         corner: [map(NEAR_SHADOW_SIDE.min(reach.max(1.0))), map((1.2 * reach).max(1.0))],
         resolution,
         ground: -camera.y as f32,
-        pad0: 0,
-        pad1: 0,
+        padding_a: 0,
+        padding_b: 0,
     }
 }

@@ -16,8 +16,13 @@ pub struct Gpu {
 impl Gpu {
     /// A device without a surface, for rendering to files and for tests.
     pub fn headless() -> Result<Self> {
-        let instance =
-            wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+        // OpenGL has no compute limits worth the name; looking for it costs start-up time and
+        // prints errors where there is no display.
+        let descriptor = wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::PRIMARY,
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        };
+        let instance = wgpu::Instance::new(descriptor.with_env());
         Self::from_instance(&instance, None)
     }
 

@@ -18,7 +18,19 @@ macro_rules! shader_files {
 }
 
 /// Modules that others import, each after the modules it imports itself.
-const MODULES: &[(&str, &str)] = shader_files![];
+const MODULES: &[(&str, &str)] = shader_files![
+    "shared/gpu_data.wgsl",
+    "shared/numerics.wgsl",
+    "shared/noise.wgsl",
+    "shared/quaternion.wgsl",
+    "shared/shadow_maps.wgsl",
+    "shared/lighting.wgsl",
+    "medium/phase.wgsl",
+    "tables/optical_depth.wgsl",
+    "tables/scattering.wgsl",
+    "shared/light_lists.wgsl",
+    "shared/sky.wgsl",
+];
 
 /// Composes the shaders of the passes; the modules are parsed once.
 pub struct ShaderLibrary {
