@@ -7,5 +7,6 @@ pub mod gpu;
 pub mod medium;
 pub mod output;
 pub mod scene;
+pub mod tables;
 
 pub use error::{Error, Result};
