@@ -134,7 +134,11 @@ impl Job {
         Ok(Self {
             scene,
             place,
-            settings: RenderSettings { preset: args.preset, ..Default::default() },
+            settings: RenderSettings {
+                preset: args.preset,
+                time_passes: args.timings,
+                ..Default::default()
+            },
             size: args.size.0,
             target,
             timings: args.timings,

@@ -127,7 +127,12 @@ impl FramePlan {
         for pass in [Pass::Project, Pass::Sort, Pass::TileLists] {
             decide(pass, order, moved, or_empty("order unchanged"));
         }
-        decide(Pass::Light, !empty && lit, "particles, sun or sky changed", or_empty("light unchanged"));
+        decide(
+            Pass::Light,
+            !empty && lit,
+            "particles, sun or sky changed",
+            or_empty("light unchanged"),
+        );
         decide(
             Pass::Shadow,
             grounded && !empty && (lit || shadow),

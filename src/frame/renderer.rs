@@ -1,8 +1,5 @@
 //! The renderer: decides what a frame needs, records its passes, reads the picture back.
 
-use glam::DVec3;
-use wgpu_profiler::Scope;
-
 use super::gpu_data::Particle;
 use super::passes::Passes;
 use super::picture::{FrameStats, Picture};
@@ -18,6 +15,7 @@ use crate::gpu::{Gpu, ShaderLibrary, buffers};
 use crate::scene::{CloudField, ParticleSpec, Scene, Sky};
 use crate::tables::{TableSet, TablesGpu};
 use crate::{Error, Result};
+use glam::DVec3;
 
 /// First capacities: a frame that needs more makes them grow.
 const FIRST_LISTS: ListCapacity = ListCapacity { bins: 1 << 15, tiles: 1 << 17 };
@@ -87,7 +85,7 @@ impl Renderer {
             tables: tables_gpu,
             sky,
             shadow,
-            stats: StatsReader::new(gpu)?,
+            stats: StatsReader::new(gpu, settings.time_passes)?,
             capacities: Capacities {
                 particles: FIRST_PARTICLES.max(scene.particles.len() as u32),
                 screen: lists,
@@ -153,7 +151,12 @@ impl Renderer {
         Ok(())
     }
 
-    fn attempt(&mut self, scene: &Scene, time: f64, size: [u32; 2]) -> Result<(FrameStats, Counts)> {
+    fn attempt(
+        &mut self,
+        scene: &Scene,
+        time: f64,
+        size: [u32; 2],
+    ) -> Result<(FrameStats, Counts)> {
         let key = self.key(scene, time, size)?;
         let sky_work = self.sky.update(&self.gpu, &sky_inputs(scene));
         let layout = Layout {
@@ -171,11 +174,12 @@ impl Renderer {
         };
         let plan =
             FramePlan::new(self.last.as_ref(), &key, sky_work != SkyWork::None).without(self.omit);
-        self.record(&resources, &plan, &key, sky_work);
+        self.record(&resources, &plan, &key, sky_work)?;
         let times = self.stats.times(&self.gpu)?;
         let counts = self.stats.read(&self.gpu)?;
         let tiles = size.map(|s| s.div_ceil(SCREEN_TILE));
-        let bytes = resources.bytes() + self.shadow.bytes() + self.tables.bytes() + self.sky.bytes();
+        let bytes =
+            resources.bytes() + self.shadow.bytes() + self.tables.bytes() + self.sky.bytes();
         let stats = FrameStats {
             passes: pass_times(&plan, &times),
             counters: counts.counters(&self.capacities, tiles, bytes),
@@ -200,13 +204,11 @@ impl Renderer {
             )),
             None => None,
         };
-        let has_clouds =
-            (clouds.is_some() || !listed.is_empty()) && self.omit != Some(Pass::Blend);
+        let has_clouds = (clouds.is_some() || !listed.is_empty()) && self.omit != Some(Pass::Blend);
         let bounds = bounds(scene, time);
         let samples = self.quality.light_samples;
-        let light = |towards, is_sun| {
-            view::light_view(towards, is_sun, &bounds, camera.position, samples)
-        };
+        let light =
+            |towards, is_sun| view::light_view(towards, is_sun, &bounds, camera.position, samples);
         Ok(FrameKey {
             frame: view::frame_uniforms(
                 scene,
@@ -238,7 +240,11 @@ impl Renderer {
         if field.shapes.is_empty() {
             let noisy: Vec<_> =
                 self.shapes.iter().filter(|s| s.name != "uniform").map(|s| s.shape).collect();
-            return Ok(if noisy.is_empty() { vec![self.shape("uniform", String::new)?] } else { noisy });
+            return Ok(if noisy.is_empty() {
+                vec![self.shape("uniform", String::new)?]
+            } else {
+                noisy
+            });
         }
         field
             .shapes
@@ -268,7 +274,13 @@ impl Renderer {
             .collect()
     }
 
-    fn record(&mut self, resources: &Resources, plan: &FramePlan, key: &FrameKey, sky: SkyWork) {
+    fn record(
+        &mut self,
+        resources: &Resources,
+        plan: &FramePlan,
+        key: &FrameKey,
+        sky: SkyWork,
+    ) -> Result<()> {
         let gpu = &self.gpu;
         let passes = &self.passes;
         gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&key.frame));
@@ -289,9 +301,9 @@ impl Renderer {
         }
 
         let (tables, sky_bindings) = (self.tables.bind_group(), self.sky.bind_group());
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor {
-            label: Some("frame"),
-        });
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         if plan.runs(Pass::Project) && plan.screen_order() {
             encoder.clear_buffer(&resources.visible, 0, None);
         }
@@ -307,60 +319,74 @@ impl Renderer {
         .flatten()
         .collect();
         for pass in Pass::ALL.into_iter().filter(|p| plan.runs(*p)) {
-            let mut scope = self.stats.profiler().scope(pass.name(), &mut encoder);
-            if pass == Pass::Sky {
-                self.sky.encode(&mut scope, sky);
-                continue;
-            }
-            let mut compute = compute_pass(&mut scope, pass);
-            let compute = &mut compute;
-            match pass {
-                Pass::Sky => {}
-                Pass::Rings => {
-                    if let (Some(job), Some(clouds)) = (&resources.rings, &key.clouds) {
-                        passes.rings.encode(gpu, compute, &passes.lists.scan, job, clouds);
+            self.stats.timed(gpu, pass, &mut encoder, |encoder| {
+                if pass == Pass::Sky {
+                    return self.sky.encode(encoder, sky);
+                }
+                let compute = &mut compute_pass(encoder, pass);
+                match pass {
+                    Pass::Sky => {}
+                    Pass::Rings => {
+                        if let (Some(job), Some(clouds)) = (&resources.rings, &key.clouds) {
+                            passes.rings.encode(gpu, compute, &passes.lists.scan, job, clouds);
+                        }
+                    }
+                    Pass::Project => {
+                        pictures.iter().for_each(|(lists, p)| lists.encode_project(compute, p));
+                    }
+                    Pass::Sort => {
+                        pictures.iter().for_each(|(l, _)| l.encode_sort(compute, &passes.lists));
+                    }
+                    Pass::TileLists => {
+                        pictures.iter().for_each(|(l, _)| l.encode_lists(compute, &passes.lists));
+                    }
+                    Pass::Light => {
+                        for light in &resources.lights {
+                            passes.light.encode(compute, &light.job, tables, sky_bindings);
+                        }
+                    }
+                    Pass::Shadow => {
+                        passes.shadow.encode(
+                            compute,
+                            &self.shadow,
+                            &resources.shadow_bindings,
+                            tables,
+                        );
+                    }
+                    Pass::Blend => {
+                        let bindings = &resources.blend_bindings;
+                        passes.blend.encode(
+                            compute,
+                            key.frame.size,
+                            bindings,
+                            tables,
+                            sky_bindings,
+                        );
+                    }
+                    Pass::Resolve => {
+                        let bindings = &resources.resolve_bindings;
+                        passes.resolve.encode(
+                            compute,
+                            key.frame.size,
+                            bindings,
+                            tables,
+                            sky_bindings,
+                        );
+                    }
+                    Pass::Tonemap => {
+                        passes.tonemap.encode(compute, key.frame.size, &resources.tonemap_bindings);
                     }
                 }
-                Pass::Project => {
-                    pictures.iter().for_each(|(lists, p)| lists.encode_project(compute, p));
-                }
-                Pass::Sort => {
-                    pictures.iter().for_each(|(l, _)| l.encode_sort(compute, &passes.lists));
-                }
-                Pass::TileLists => {
-                    pictures.iter().for_each(|(l, _)| l.encode_lists(compute, &passes.lists));
-                }
-                Pass::Light => {
-                    for light in &resources.lights {
-                        passes.light.encode(compute, &light.job, tables, sky_bindings);
-                    }
-                }
-                Pass::Shadow => {
-                    passes.shadow.encode(compute, &self.shadow, &resources.shadow_bindings, tables);
-                }
-                Pass::Blend => {
-                    let bindings = &resources.blend_bindings;
-                    passes.blend.encode(compute, key.frame.size, bindings, tables, sky_bindings);
-                }
-                Pass::Resolve => {
-                    let bindings = &resources.resolve_bindings;
-                    passes.resolve.encode(compute, key.frame.size, bindings, tables, sky_bindings);
-                }
-                Pass::Tonemap => {
-                    passes.tonemap.encode(compute, key.frame.size, &resources.tonemap_bindings);
-                }
-            }
+            })?;
         }
         self.stats.gather(&mut encoder, resources);
         gpu.queue.submit([encoder.finish()]);
+        Ok(())
     }
 }
 
-fn compute_pass<'a>(
-    scope: &'a mut Scope<'_, wgpu::CommandEncoder>,
-    pass: Pass,
-) -> wgpu::ComputePass<'a> {
-    scope.begin_compute_pass(&wgpu::ComputePassDescriptor {
+fn compute_pass(encoder: &mut wgpu::CommandEncoder, pass: Pass) -> wgpu::ComputePass<'_> {
+    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
         label: Some(pass.name()),
         timestamp_writes: None,
     })

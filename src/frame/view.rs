@@ -98,7 +98,8 @@ pub fn light_view(
     // Whole tiles of the world: shadows don't crawl when the box moves with the camera.
     let first = (low / tile).floor();
     // One tile more than the box is wide: the grid's size does not depend on where the box lies.
-    let tiles = (((high - low) / tile).ceil() + 1.0).clamp(DVec2::ONE, DVec2::splat(MOST_LIGHT_TILES));
+    let tiles =
+        (((high - low) / tile).ceil() + 1.0).clamp(DVec2::ONE, DVec2::splat(MOST_LIGHT_TILES));
     let origin = (first * tile - project(camera)).as_vec2();
     LightView {
         axis_u: four(axis_u),

@@ -1,4 +1,6 @@
 //! stub
+pub mod progress;
+pub use progress::{Progress, Silent};
 use crate::{Result, gpu::Gpu, medium::Phase};
 pub struct TableSet;
 impl TableSet { pub fn embedded() -> Result<Self> { Ok(Self) }

@@ -54,8 +54,7 @@ pub mod coverage_noise {
                 clouds.seed = hash(i);
                 let place = Vec2::new(unit_float(hash(!i)), unit_float(hash(i ^ 0x5bd1_e995)));
                 for octave in 0..octaves as usize {
-                    clouds.evolution[octave][0] =
-                        unit_float(hash_combine(i, 77 + octave as u32));
+                    clouds.evolution[octave][0] = unit_float(hash_combine(i, 77 + octave as u32));
                 }
                 at(&clouds, IVec2::ZERO, place * (1_i32 << clouds.largest_shift) as f32)
             })
@@ -100,10 +99,10 @@ pub fn candidate(
     let jitter = Vec3::new(unit_float(id), unit_float(h1), unit_float(h2));
     let jitter_flat = Vec2::new(jitter.x, jitter.z);
 
-    let horizontal = Vec2::from(ring.corner) + (cell_in_ring.as_vec2() + jitter_flat) * ring.cell_size;
+    let horizontal =
+        Vec2::from(ring.corner) + (cell_in_ring.as_vec2() + jitter_flat) * ring.cell_size;
     let distance = horizontal.length();
-    let weight =
-        smoothstep(ring.fade_in, distance) * (1.0 - smoothstep(ring.fade_out, distance));
+    let weight = smoothstep(ring.fade_in, distance) * (1.0 - smoothstep(ring.fade_out, distance));
     if weight <= 0.0 {
         return None;
     }
@@ -121,19 +120,14 @@ pub fn candidate(
     let size = SMALLEST_RADIUS + (1.0 - SMALLEST_RADIUS) * unit_float(h3);
     let radius = largest * size * growth.sqrt();
     let shape = clouds.shape_list[(h4 % clouds.shapes.max(1)) as usize];
-    let extinction =
-        clouds.extinction * weight * smoothstep([GROWTH_SEEN, GROWTH_DENSE], growth);
+    let extinction = clouds.extinction * weight * smoothstep([GROWTH_SEEN, GROWTH_DENSE], growth);
     let turn = Vec3::new(
         unit_float(hash(h4)),
         unit_float(hash(h4 ^ 0x68bc_21eb)),
         unit_float(hash(h4 ^ 0x02e5_be93)),
     );
     Some(Particle {
-        centre: [
-            horizontal.x,
-            clouds.base + altitude.max(BASE_LIFT * radius),
-            horizontal.y,
-        ],
+        centre: [horizontal.x, clouds.base + altitude.max(BASE_LIFT * radius), horizontal.y],
         radius,
         orientation: uniform_rotation(turn).to_array(),
         extinction,
