@@ -1,6 +1,6 @@
 //! The renderer: decides what a frame needs, records its passes, reads the picture back.
 
-use super::gpu_data::Particle;
+use super::gpu_data::{FrameUniforms, Particle};
 use super::passes::Passes;
 use super::picture::{FrameStats, Picture};
 use super::plan::{FrameKey, FramePlan, Pass};
@@ -24,6 +24,10 @@ const FIRST_PARTICLES: u32 = 1 << 14;
 /// for whatever the fuller lists want.
 const MOST_ATTEMPTS: usize = 5;
 
+/// Epochs of light run from 1 to this and over: all of them are exact in f32. Buffers start with
+/// 0, which is none.
+const LAST_EPOCH: u32 = 1 << 24;
+
 /// Makes frames of scenes with one phase function, on one device.
 pub struct Renderer {
     gpu: Gpu,
@@ -40,6 +44,7 @@ pub struct Renderer {
     capacities: Capacities,
     resources: Option<Resources>,
     last: Option<FrameKey>,
+    light_epoch: u32,
 }
 
 struct NamedShape {
@@ -93,6 +98,7 @@ impl Renderer {
             },
             resources: None,
             last: None,
+            light_epoch: 0,
         })
     }
 
@@ -283,7 +289,11 @@ impl Renderer {
     ) -> Result<()> {
         let gpu = &self.gpu;
         let passes = &self.passes;
-        gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&key.frame));
+        if plan.relit() {
+            self.light_epoch = self.light_epoch % LAST_EPOCH + 1;
+        }
+        let frame = FrameUniforms { light_epoch: self.light_epoch, ..key.frame };
+        gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&frame));
         for (index, light) in key.lights.iter().enumerate() {
             resources.write_view(gpu, index, light);
         }

@@ -62,9 +62,9 @@ pub fn frame_uniforms(
         has_ground: u32::from(scene.effective_ground().is_some()),
         particle_capacity,
         has_clouds: u32::from(has_clouds),
+        light_epoch: 0,
         padding_a: 0,
         padding_b: 0,
-        padding_c: 0,
     }
 }
 
