@@ -412,7 +412,7 @@ fn sky_inputs(scene: &Scene) -> SkyInputs {
         sun_irradiance: scene.sun.irradiance as f32,
         angular_diameter: scene.sun.angular_diameter.to_radians() as f32,
         camera_altitude: scene.camera.position.y,
-        ground_albedo: scene.ground.map_or(DVec3::ZERO, |g| g.albedo).as_vec3(),
+        ground_albedo: scene.effective_ground().map_or(DVec3::ZERO, |g| g.albedo).as_vec3(),
     }
 }
 
