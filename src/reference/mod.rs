@@ -4,15 +4,21 @@
 mod fluxes;
 mod geometry;
 mod particles;
+mod picture;
 mod random;
 mod slab;
 mod statistics;
 mod transport;
+mod uniform_sky;
 
 pub use fluxes::{SlabFluxes, slab_fluxes};
 pub use geometry::{Medium, Piece, Ray, first_collision, transmittance};
 pub use particles::{ParticleGrid, WorldParticle};
+pub use picture::{Film, Pixel};
 pub use random::Random;
 pub use slab::Slab;
 pub use statistics::{Estimate, Moments};
-pub use transport::{Flight, Matter, Surroundings, cone_direction, fly, radiance, scatter, turned};
+pub use transport::{
+    Flight, Matter, Seen, Surroundings, cone_direction, fly, look, radiance, scatter, turned,
+};
+pub use uniform_sky::{SunDisc, UniformSky, distance_to_ground, ground_normal};

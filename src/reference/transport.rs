@@ -23,6 +23,16 @@ pub trait Surroundings: Sync {
     /// `ray.dir`, without the sun's disc.
     fn sky(&self, ray: &Ray) -> DVec3;
 
+    /// Radiance of the sun's disc in a ray's direction, where nothing is in the way. Only a camera
+    /// sees it: scattered light meets the disc through [`Self::sun`].
+    fn disc(&self, ray: &Ray) -> DVec3;
+
+    /// Light that the air adds on the way from the eye, and its transmittance, for a ray of the
+    /// camera and a distance (m). Scattered paths ignore the air between clouds.
+    fn air(&self, _ray: &Ray, _distance: f64) -> (DVec3, DVec3) {
+        (DVec3::ZERO, DVec3::ONE)
+    }
+
     /// A direction towards a random point of the sun's disc, and the irradiance at a point if
     /// nothing is in the way; none where there is no sun.
     fn sun(&self, point: DVec3, random: &mut Random) -> Option<(DVec3, DVec3)>;
@@ -40,7 +50,8 @@ const COLLISIONS_BEFORE_ROULETTE: u32 = 1000;
 /// Distance from the ground at which a path goes on, m, relative to the distance travelled.
 const GROUND_OFFSET: f64 = 1e-9;
 
-/// One end of a free flight.
+/// The end of a free flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Flight {
     /// Collided in the medium at a distance, m.
     Collision(f64),
@@ -122,6 +133,40 @@ pub fn radiance(
         flight = fly(medium, surroundings, &ray, random);
     }
     sum
+}
+
+/// What one sample of a picture saw.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Radiance at the eye.
+    pub radiance: DVec3,
+    /// Estimate of the transmittance of the medium along the ray: 0 or 1.
+    pub transmittance: f64,
+}
+
+/// One sample along a ray of the camera.
+pub fn look(
+    medium: &impl Medium,
+    surroundings: &impl Surroundings,
+    matter: &Matter,
+    ray: Ray,
+    random: &mut Random,
+) -> Seen {
+    let flight = fly(medium, surroundings, &ray, random);
+    let distance = match flight {
+        Flight::Collision(t) | Flight::Ground(t) => Some(t),
+        Flight::Escape => None,
+    };
+    let transmittance = if matches!(flight, Flight::Collision(_)) { 0.0 } else { 1.0 };
+    let light = radiance(medium, surroundings, matter, ray, flight, random);
+    let radiance = match distance {
+        None => light + surroundings.disc(&ray),
+        Some(t) => {
+            let (added, passed) = surroundings.air(&ray, t);
+            light * passed + added
+        }
+    };
+    Seen { radiance, transmittance }
 }
 
 /// Share of the sunlight that reaches a point.
