@@ -108,8 +108,8 @@ impl Renderer {
         let Some(resources) = &self.resources else {
             return Err(Error::Gpu("no frame was made".to_owned()));
         };
-        let radiance = read_texture(&self.gpu, &resources.targets.picture, size)?;
-        let pixels = read_texture(&self.gpu, &resources.targets.display, size)?;
+        let radiance = self.gpu.read_texture(&resources.targets.picture)?;
+        let pixels = self.gpu.read_texture(&resources.targets.display)?;
         Ok(Picture { size, radiance, pixels, stats })
     }
 
@@ -442,35 +442,4 @@ fn bounds(scene: &Scene, time: f64) -> Bounds {
         result = Bounds { low: DVec3::ZERO, high: DVec3::ONE, detail: 1.0 };
     }
     result
-}
-
-/// Copies a texture to the host as plain pixels.
-fn read_texture<T: bytemuck::Pod>(
-    gpu: &Gpu,
-    texture: &wgpu::Texture,
-    size: [u32; 2],
-) -> Result<Vec<T>> {
-    let row = size[0] * size_of::<T>() as u32;
-    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let bytes = u64::from(padded) * u64::from(size[1]);
-    let buffer = buffers::storage(gpu, "picture read back", bytes as usize, 1);
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(padded),
-                rows_per_image: None,
-            },
-        },
-        wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-    );
-    gpu.queue.submit([encoder.finish()]);
-    let raw = gpu.read_buffer::<u8>(&buffer, bytes as usize)?;
-    Ok(raw
-        .chunks_exact(padded as usize)
-        .flat_map(|line| bytemuck::pod_collect_to_vec::<u8, T>(&line[..row as usize]))
-        .collect())
 }
