@@ -1,6 +1,6 @@
 //! The renderer: decides what a frame needs, records its passes, reads the picture back.
 
-use super::gpu_data::{FrameUniforms, Particle};
+use super::gpu_data::FrameUniforms;
 use super::passes::Passes;
 use super::picture::{FrameStats, Picture};
 use super::plan::{FrameKey, FramePlan, Pass};
