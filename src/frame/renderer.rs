@@ -1,18 +1,19 @@
 //! The renderer: decides what a frame needs, records its passes, reads the picture back.
 
-use super::gpu_data::{FrameUniforms, Particle};
+use super::gpu_data::FrameUniforms;
 use super::passes::Passes;
 use super::picture::{FrameStats, Picture};
 use super::plan::{FrameKey, FramePlan, Pass};
+use super::population::Shapes;
 use super::resources::{Capacities, Layout, ListCapacity, Resources};
-use super::rings::{self, FieldShape};
+use super::rings;
 use super::settings::{Quality, RenderSettings};
 use super::shadow::ShadowJob;
 use super::sky::{SkyInputs, SkyKind, SkyPass, SkyWork};
 use super::stats::{Counts, StatsReader, pass_times};
 use super::view::{self, Bounds, SCREEN_TILE};
 use crate::gpu::{Gpu, ShaderLibrary, buffers};
-use crate::scene::{CloudField, ParticleSpec, Scene, Sky};
+use crate::scene::{Scene, Sky};
 use crate::tables::{TableSet, TablesGpu};
 use crate::{Error, Result};
 use glam::DVec3;
@@ -35,7 +36,7 @@ pub struct Renderer {
     omit: Option<Pass>,
     passes: Passes,
     tables: TablesGpu,
-    shapes: Vec<NamedShape>,
+    shapes: Shapes,
     mean_cosine: f32,
     phase: wgpu::Buffer,
     sky: SkyPass,
@@ -45,11 +46,6 @@ pub struct Renderer {
     resources: Option<Resources>,
     last: Option<FrameKey>,
     light_epoch: u32,
-}
-
-struct NamedShape {
-    name: String,
-    shape: FieldShape,
 }
 
 impl Renderer {
@@ -67,24 +63,13 @@ impl Renderer {
         let sky = SkyPass::new(gpu, &library)?;
         let passes = Passes::new(gpu, &library, &quality, tables_gpu.layout(), sky.layout())?;
         let shadow = passes.shadow.job(gpu, quality.shadow_resolution);
-        let shapes = tables
-            .shape_names()
-            .enumerate()
-            .map(|(index, name)| NamedShape {
-                name: name.to_owned(),
-                shape: FieldShape {
-                    index: index as u32,
-                    mean_density: tables.mean_density(index as u32) as f32,
-                },
-            })
-            .collect();
         let lists = FIRST_LISTS;
         Ok(Self {
             gpu: gpu.clone(),
             quality,
             omit: settings.omit,
             passes,
-            shapes,
+            shapes: Shapes::new(tables),
             mean_cosine: medium.phase.mean_cosine() as f32,
             phase: buffers::uniform(gpu, "phase", &tables_gpu.phase_params()),
             tables: tables_gpu,
@@ -108,8 +93,8 @@ impl Renderer {
         let Some(resources) = &self.resources else {
             return Err(Error::Gpu("no frame was made".to_owned()));
         };
-        let radiance = read_texture(&self.gpu, &resources.targets.picture, size)?;
-        let pixels = read_texture(&self.gpu, &resources.targets.display, size)?;
+        let radiance = self.gpu.read_texture(&resources.targets.picture)?;
+        let pixels = self.gpu.read_texture(&resources.targets.display)?;
         Ok(Picture { size, radiance, pixels, stats })
     }
 
@@ -198,18 +183,9 @@ impl Renderer {
     /// Everything this frame's picture depends on.
     fn key(&self, scene: &Scene, time: f64, size: [u32; 2]) -> Result<FrameKey> {
         let camera = &scene.camera;
-        let listed = self.listed(&scene.particles, camera.position)?;
-        let clouds = match &scene.clouds {
-            Some(field) => Some(rings::uniforms(
-                field,
-                camera.position,
-                time,
-                &self.field_shapes(field)?,
-                listed.len() as u32,
-                self.capacities.particles,
-            )),
-            None => None,
-        };
+        let listed = self.shapes.listed(&scene.particles, camera.position)?;
+        let first_slot = listed.len() as u32;
+        let clouds = self.shapes.field(scene, time, first_slot, self.capacities.particles)?;
         let has_clouds = (clouds.is_some() || !listed.is_empty()) && self.omit != Some(Pass::Blend);
         let bounds = bounds(scene, time);
         let samples = self.quality.light_samples;
@@ -230,54 +206,6 @@ impl Renderer {
             lights: [light(scene.sun.direction, true), light(DVec3::Y, false)],
             shadow: view::shadow_uniforms(camera.position, &bounds, self.quality.shadow_resolution),
         })
-    }
-
-    fn shape(&self, name: &str, field: impl FnOnce() -> String) -> Result<FieldShape> {
-        self.shapes.iter().find(|s| s.name == name).map(|s| s.shape).ok_or_else(|| {
-            let known: Vec<_> = self.shapes.iter().map(|s| s.name.as_str()).collect();
-            Error::input(
-                field(),
-                format!("expected a shape of the tables ({}), found `{name}`", known.join(", ")),
-            )
-        })
-    }
-
-    fn field_shapes(&self, field: &CloudField) -> Result<Vec<FieldShape>> {
-        if field.shapes.is_empty() {
-            let noisy: Vec<_> =
-                self.shapes.iter().filter(|s| s.name != "uniform").map(|s| s.shape).collect();
-            return Ok(if noisy.is_empty() {
-                vec![self.shape("uniform", String::new)?]
-            } else {
-                noisy
-            });
-        }
-        field
-            .shapes
-            .iter()
-            .enumerate()
-            .map(|(i, name)| self.shape(name, || format!("clouds.shapes[{i}]")))
-            .collect()
-    }
-
-    fn listed(&self, specs: &[ParticleSpec], camera: DVec3) -> Result<Vec<Particle>> {
-        specs
-            .iter()
-            .enumerate()
-            .map(|(i, spec)| {
-                let shape = self.shape(&spec.shape, || format!("particles[{i}].shape"))?;
-                let optical_radius = spec.extinction * spec.radius * f64::from(shape.mean_density);
-                Ok(Particle {
-                    centre: (spec.centre - camera).as_vec3().to_array(),
-                    radius: spec.radius as f32,
-                    orientation: spec.orientation.conjugate().as_quat().to_array(),
-                    extinction: spec.extinction as f32,
-                    shape: shape.index,
-                    id: super::cpu::noise::hash(i as u32),
-                    optical_radius: optical_radius as f32,
-                })
-            })
-            .collect()
     }
 
     fn record(
@@ -412,7 +340,7 @@ fn sky_inputs(scene: &Scene) -> SkyInputs {
         sun_irradiance: scene.sun.irradiance as f32,
         angular_diameter: scene.sun.angular_diameter.to_radians() as f32,
         camera_altitude: scene.camera.position.y,
-        ground_albedo: scene.ground.map_or(DVec3::ZERO, |g| g.albedo).as_vec3(),
+        ground_albedo: scene.effective_ground().map_or(DVec3::ZERO, |g| g.albedo).as_vec3(),
     }
 }
 
@@ -442,35 +370,4 @@ fn bounds(scene: &Scene, time: f64) -> Bounds {
         result = Bounds { low: DVec3::ZERO, high: DVec3::ONE, detail: 1.0 };
     }
     result
-}
-
-/// Copies a texture to the host as plain pixels.
-fn read_texture<T: bytemuck::Pod>(
-    gpu: &Gpu,
-    texture: &wgpu::Texture,
-    size: [u32; 2],
-) -> Result<Vec<T>> {
-    let row = size[0] * size_of::<T>() as u32;
-    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let bytes = u64::from(padded) * u64::from(size[1]);
-    let buffer = buffers::storage(gpu, "picture read back", bytes as usize, 1);
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(padded),
-                rows_per_image: None,
-            },
-        },
-        wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-    );
-    gpu.queue.submit([encoder.finish()]);
-    let raw = gpu.read_buffer::<u8>(&buffer, bytes as usize)?;
-    Ok(raw
-        .chunks_exact(padded as usize)
-        .flat_map(|line| bytemuck::pod_collect_to_vec::<u8, T>(&line[..row as usize]))
-        .collect())
 }

@@ -59,7 +59,7 @@ pub fn frame_uniforms(
         transmittance_stop: quality.transmittance_stop,
         exposure: (BASE_EXPOSURE * scene.exposure.exp2() / scene.sun.irradiance.max(1e-30)) as f32,
         has_air: u32::from(matches!(scene.sky, Sky::Atmosphere)),
-        has_ground: u32::from(scene.ground.is_some()),
+        has_ground: u32::from(scene.effective_ground().is_some()),
         particle_capacity,
         has_clouds: u32::from(has_clouds),
         light_epoch: 0,
