@@ -56,8 +56,7 @@ const LIMB_DARKENING: f64 = 0.6;
 
 /// Altitude the sky is seen from, m: from below the ground it is seen as from the ground.
 pub fn seen_from(camera_altitude: f64) -> f64 {
-    // NaN becomes 0 too.
-    camera_altitude.max(0.0).min(MOST_ALTITUDE)
+    camera_altitude.clamp(0.0, MOST_ALTITUDE)
 }
 
 /// The disc's brightness across, relative to its middle; `x` from 0 to 1 + rim.

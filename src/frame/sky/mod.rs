@@ -13,7 +13,7 @@ pub mod tables;
 use glam::Vec3;
 
 use crate::Result;
-use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
+use crate::gpu::{Gpu, Kernel, ShaderLibrary};
 use gpu_data::{SkyUniforms, seen_from};
 use tables::SkyTables;
 
@@ -104,10 +104,12 @@ impl SkyPass {
             ..Default::default()
         });
         let march = tables::layout(gpu, "sky march", &[FLAT; 3]);
-        let sources = |made: [&wgpu::Texture; 3]| tables::bind(gpu, &march, &uniforms, &sampler, &made);
+        let sources =
+            |made: [&wgpu::Texture; 3]| tables::bind(gpu, &march, &uniforms, &sampler, &made);
         let stage = |file, entry, needed_from, made, written: &[&wgpu::Texture], groups| {
             let kernel = Kernel::new(gpu, library, file, &[], &[&march])?;
-            let views: Vec<_> = written.iter().map(|w| w.create_view(&Default::default())).collect();
+            let views: Vec<_> =
+                written.iter().map(|w| w.create_view(&Default::default())).collect();
             let resources: Vec<_> = views.iter().map(wgpu::BindingResource::TextureView).collect();
             let output = kernel.bind(gpu, &resources);
             Ok(Stage { kernel, entry, needed_from, groups, output, sources: sources(made) })

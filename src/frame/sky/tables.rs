@@ -41,8 +41,11 @@ pub struct SkyTables {
 
 fn texture(gpu: &Gpu, label: &str, size: [u32; 3]) -> wgpu::Texture {
     let [width, height, depth_or_array_layers] = size;
-    let dimension =
-        if depth_or_array_layers > 1 { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 };
+    let dimension = if depth_or_array_layers > 1 {
+        wgpu::TextureDimension::D3
+    } else {
+        wgpu::TextureDimension::D2
+    };
     gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d { width, height, depth_or_array_layers },
