@@ -14,6 +14,7 @@ pub(super) fn renderer(
     tables: Option<&Path>,
 ) -> Result<impl FnMut(f64) -> Result<Picture>> {
     let tables = tables_of(tables)?;
+    job.scene.check_shapes(&job.place, &tables.shape_names().collect::<Vec<_>>())?;
     let gpu = Gpu::headless()?;
     let mut renderer = Renderer::new(&gpu, &tables, &job.scene, &job.settings)?;
     let (scene, size) = (job.scene.clone(), job.size);
