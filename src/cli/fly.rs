@@ -40,7 +40,7 @@ impl Default for FlyArgs {
 /// Runs the command.
 pub(super) fn run(args: &FlyArgs) -> Result<()> {
     let (scene, place) = render::load_scene(args.scene.as_deref())?;
-    let tables = engine::load_tables(args.tables.as_deref())?;
+    let tables = engine::tables_of(args.tables.as_deref())?;
     scene.check_shapes(&place, &tables.shape_names().collect::<Vec<_>>())?;
     window::run(WindowOptions {
         scene,

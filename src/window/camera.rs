@@ -101,7 +101,8 @@ impl FlyCamera {
 
     /// Back to where it started, at rest.
     pub fn reset(&mut self) {
-        *self = Self { fast: self.fast, speed: self.speed, held: self.held, ..Self::new(&self.start) };
+        *self =
+            Self { fast: self.fast, speed: self.speed, held: self.held, ..Self::new(&self.start) };
     }
 
     /// A key goes down or up.
@@ -164,7 +165,8 @@ impl FlyCamera {
 
     /// The velocity that the keys ask for, m/s.
     fn wanted(&self) -> DVec3 {
-        let pushed = PUSHES.into_iter().filter(|p| self.held[*p as usize] || self.tapped[*p as usize]);
+        let pushed =
+            PUSHES.into_iter().filter(|p| self.held[*p as usize] || self.tapped[*p as usize]);
         let axes: DVec3 = pushed.map(Push::axes).sum();
         let forward = self.view.direction();
         let right = Angles { azimuth: self.view.azimuth + 90.0, elevation: 0.0 }.direction();

@@ -76,7 +76,8 @@ impl Overlay {
             }
             ui(root.ctx());
         });
-        self.state.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
+        self.state
+            .handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
 
         let (device, queue) = (&gpu.device, &gpu.queue);
         for (id, deltas) in std::mem::take(&mut output.textures_delta.set) {

@@ -28,7 +28,7 @@ pub(super) struct Report {
 pub(super) fn show(ctx: &egui::Context, session: &mut Session, report: &Report) {
     egui::Window::new("Cumuli")
         .default_pos([8.0, 8.0])
-        .default_width(280.0)
+        .default_size([280.0, 680.0])
         .vscroll(true)
         .show(ctx, |ui| contents(ui, session, report));
 }
@@ -81,7 +81,7 @@ fn lenient(slider: Slider<'_>) -> Slider<'_> {
 fn time(ui: &mut Ui, session: &mut Session) {
     let clock = &mut session.clock;
     ui.horizontal(|ui| {
-        let label = if clock.running { "⏸ Pause" } else { "▶ Run" };
+        let label = if clock.running { "Pause" } else { "Run" };
         if ui.button(label).clicked() {
             clock.running = !clock.running;
         }
@@ -187,7 +187,7 @@ mod tests {
 
     fn session() -> Session {
         let clouds = Some(CloudField { coverage: 0.333_333, ..CloudField::default() });
-        let mut session = Session::new(Scene { clouds, ..Scene::default() }, 1234.567_89);
+        let mut session = Session::new(Scene { clouds, ..Scene::default() }, 1234.567);
         // Values that sliders would round or pull into their range.
         session.scene.exposure = 20.5;
         session.clock.pace = 0.012_345;
@@ -203,8 +203,16 @@ mod tests {
         assert_eq!(shown_session.clock, session().clock);
         assert_eq!(shown_session.settings, session().settings);
         assert_eq!(shown_session.scale, session().scale);
-        for part in ["a message", "software driver: an adapter", "10.0 frames/s, 640 x 360",
-            "blend", "1.25 ms", "skipped", "a reason", "4321 particles"] {
+        for part in [
+            "a message",
+            "software driver: an adapter",
+            "10.0 frames/s, 640 x 360",
+            "blend",
+            "1.25 ms",
+            "skipped",
+            "a reason",
+            "4321 particles",
+        ] {
             assert!(text.contains(part), "{text} lacks {part}");
         }
     }

@@ -6,8 +6,11 @@ use super::clock::Clock;
 use crate::frame::{Preset, RenderSettings};
 use crate::scene::Scene;
 
-/// Longest time between two frames that counts, s: a flight should not jump after a stall.
-const LONGEST_STEP: f64 = 0.25;
+/// Longest time between two frames that counts for the flight, s: on a slow machine one flies more
+/// slowly instead of in leaps.
+const LONGEST_FLIGHT: f64 = 0.25;
+/// The same for the scene's clock, s: slow frames show the right time, and a stall is no jump.
+const LONGEST_TICK: f64 = 2.0;
 /// Smallest and largest side of the picture as a part of the window's.
 pub(super) const SCALES: std::ops::RangeInclusive<f32> = 0.1..=1.0;
 
@@ -40,7 +43,11 @@ impl Session {
             sun: Angles::of(scene.sun.direction),
             start: scene.clone(),
             scene,
-            settings: RenderSettings { preset: Preset::High, time_passes: true, ..Default::default() },
+            settings: RenderSettings {
+                preset: Preset::High,
+                time_passes: true,
+                ..Default::default()
+            },
             scale: *SCALES.end(),
             panel: true,
         }
@@ -54,9 +61,8 @@ impl Session {
 
     /// `seconds` of ours go by.
     pub fn step(&mut self, seconds: f64) {
-        let seconds = seconds.clamp(0.0, LONGEST_STEP);
-        self.fly.step(seconds);
-        self.clock.step(seconds);
+        self.fly.step(seconds.clamp(0.0, LONGEST_FLIGHT));
+        self.clock.step(seconds.clamp(0.0, LONGEST_TICK));
     }
 
     /// Whether the picture changes by itself.
@@ -119,10 +125,15 @@ mod tests {
     #[test]
     fn a_stall_is_no_jump() {
         let mut session = session();
+        session.fly.push(Push::Up, true);
         session.step(3600.0);
-        assert_eq!(session.clock.time, 5.0 + LONGEST_STEP);
+        assert_eq!(session.clock.time, 5.0 + LONGEST_TICK);
+        let (before, after) = (session.start.camera, session.seen().camera);
+        let way = after.position.distance(before.position);
+        assert!(way > 0.0 && way < session.fly.speed * LONGEST_FLIGHT, "{way} m");
         session.step(-1.0);
-        assert_eq!(session.clock.time, 5.0 + LONGEST_STEP, "a clock set back changes nothing");
+        assert_eq!(session.clock.time, 5.0 + LONGEST_TICK, "a clock set back changes nothing");
+        assert_eq!(session.seen().camera, after);
     }
 
     #[test]
