@@ -1,5 +1,6 @@
 //! stub
 pub mod progress;
+pub mod scattering;
 pub use progress::{Progress, Silent};
 use crate::{Result, gpu::Gpu, medium::Phase};
 pub struct TableSet;
