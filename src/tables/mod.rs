@@ -7,10 +7,12 @@ pub mod fingerprint;
 mod gpu;
 pub mod optical_depth;
 pub mod progress;
+pub mod scattering;
 mod set;
 mod summary;
 
 pub use defaults::default_shapes;
 pub use gpu::{OpticalDepthParams, TablesGpu};
 pub use progress::{Progress, Silent};
+pub use scattering::{ScatteringOptions, ScatteringTable};
 pub use set::TableSet;
