@@ -3,6 +3,7 @@
 #define_import_path cumuli::scattering
 
 #import cumuli::numerics::opacity
+#import cumuli::table_sampler::table_sampler
 
 struct ScatteringParams {
     view_nodes: f32,
@@ -20,7 +21,6 @@ struct ScatteringParams {
 }
 
 @group(1) @binding(1) var scattering_table: texture_3d<f32>;
-@group(1) @binding(2) var table_sampler: sampler;
 @group(1) @binding(4) var<uniform> scattering_params: ScatteringParams;
 
 // Below this product of sines the azimuth has no effect.
