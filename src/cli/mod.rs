@@ -21,6 +21,7 @@ pub use args::{MAX_SIDE, Size};
 #[cfg(feature = "window")]
 pub use fly::FlyArgs;
 pub use info::InfoArgs;
+pub use progress::StageBar;
 pub use render::{Job, RenderArgs};
 
 use crate::error::{Error, Result};
