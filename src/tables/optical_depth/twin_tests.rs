@@ -59,8 +59,7 @@ fn shader_agrees_with_its_twin() {
         .collect();
     let input = buffers::storage_with(&gpu, "chords", &input);
     let output = buffers::storage(&gpu, "answers", chords.len(), 8);
-    let bindings =
-        kernel.bind(&gpu, &[input.as_entire_binding(), output.as_entire_binding()]);
+    let bindings = kernel.bind(&gpu, &[input.as_entire_binding(), output.as_entire_binding()]);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     {
         let mut pass = encoder.begin_compute_pass(&Default::default());
