@@ -6,6 +6,7 @@ pub mod frame;
 pub mod gpu;
 pub mod medium;
 pub mod output;
+pub mod reference;
 pub mod scene;
 pub mod tables;
 

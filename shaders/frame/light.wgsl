@@ -2,7 +2,10 @@
 // lines of one light, fitted as an affine function of the place, and the light's colour at the
 // particle's altitude. Twin: src/frame/cpu/light.rs.
 //
-// Workgroup contract: one invocation owns one particle; it reads its sample points' tile lists and
+// Only particles in view are lit, each once an epoch: when the camera turns, those that come into
+// view are added.
+//
+// Workgroup contract: one invocation owns one particle in view; it reads its sample points' tile lists and
 // writes its ParticleLight (the sun's pass its half, the zenith's pass the other).
 #import cumuli::gpu_data::{FrameUniforms, LightView, Particle, ParticleLight}
 #import cumuli::light_lists::{OPTICAL_DEPTH_LIMIT, Occlusion, light_tile, particle_occlusion}
@@ -13,8 +16,9 @@
 @group(0) @binding(2) var<storage, read> particles: array<Particle>;
 @group(0) @binding(3) var<storage, read> tile_offsets: array<u32>;
 @group(0) @binding(4) var<storage, read> tile_entries: array<u32>;
-@group(0) @binding(5) var<storage, read> particle_count: array<u32>;
-@group(0) @binding(6) var<storage, read_write> lights: array<ParticleLight>;
+@group(0) @binding(5) var<storage, read> visible: array<u32>; // [0] particles in view
+@group(0) @binding(6) var<storage, read> order: array<u32>;   // particles in view come first
+@group(0) @binding(7) var<storage, read_write> lights: array<ParticleLight>;
 
 // Distance of the sample points from the centre, in radii: sqrt(3/5), so that they have the second
 // moments of a uniform ball and the affine fit is the least-squares one.
@@ -59,17 +63,24 @@ fn occlusion_at(point: vec3<f32>, self_index: u32) -> Occlusion {
 
 @compute @workgroup_size(64)
 fn light(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= min(particle_count[0], frame.particle_capacity) {
+    if id.x >= min(visible[0], arrayLength(&order)) {
         return;
     }
-    let particle = particles[id.x];
+    let index = order[id.x];
+    let is_sun = view.is_sun != 0u;
+    // Small integers are exact as floats.
+    let epoch = f32(frame.light_epoch);
+    if select(lights[index].ambient_above.w, lights[index].sun_irradiance.w, is_sun) == epoch {
+        return;
+    }
+    let particle = particles[index];
     let samples = view.receiver_samples;
     var front = vec4(0.0);
     var behind = vec4(0.0);
     for (var s = 0u; s < samples; s++) {
         let direction = sample_direction(s, samples, view.towards.xyz);
         let point = particle.centre + direction * SAMPLE_DISTANCE * particle.radius;
-        let taken = occlusion_at(point, id.x);
+        let taken = occlusion_at(point, index);
         front += taken.front * vec4(1.0, direction);
         behind += taken.behind * vec4(1.0, direction);
     }
@@ -78,14 +89,14 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
     let slope = select(3.0, 1.0, samples == 2u) / SAMPLE_DISTANCE;
     let scale = vec4(1.0, vec3(slope)) / f32(samples);
     let altitude = frame.camera_altitude + particle.centre.y;
-    if view.is_sun != 0u {
-        lights[id.x].sun_front = front * scale;
-        lights[id.x].sun_behind = behind * scale;
-        lights[id.x].sun_irradiance = vec4(sun_irradiance_at(altitude), 0.0);
+    if is_sun {
+        lights[index].sun_front = front * scale;
+        lights[index].sun_behind = behind * scale;
+        lights[index].sun_irradiance = vec4(sun_irradiance_at(altitude), epoch);
     } else {
-        lights[id.x].zenith_front = front * scale;
-        lights[id.x].zenith_behind = behind * scale;
-        lights[id.x].ambient_above = vec4(sky_ambient_above(altitude), 0.0);
-        lights[id.x].ambient_below = vec4(sky_ambient_below(altitude), 0.0);
+        lights[index].zenith_front = front * scale;
+        lights[index].zenith_behind = behind * scale;
+        lights[index].ambient_above = vec4(sky_ambient_above(altitude), epoch);
+        lights[index].ambient_below = vec4(sky_ambient_below(altitude), 0.0);
     }
 }

@@ -22,6 +22,12 @@ const GROWTH_SEEN: f32 = 0.2;
 const GROWTH_DENSE: f32 = 0.45;
 // Radius of the smallest fully grown particle relative to the largest.
 const SMALLEST_RADIUS: f32 = 0.7;
+// Largest radius relative to the height of the cloud at the place.
+const RIM_RADIUS: f32 = 0.6;
+// Radius below which a particle is left out, and above which it is fully dense, relative to the
+// largest.
+const LEAST_RADIUS: f32 = 0.25;
+const DENSE_RADIUS: f32 = 0.5;
 // Share of a layer's height over which a particle's centre varies.
 const HEIGHT_JITTER: f32 = 0.7;
 // Centre of a particle at the cloud base above the base, in radii: less than 1 since the outermost
@@ -57,8 +63,8 @@ fn coverage_noise(place: FieldPlace) -> f32 {
 // Height of the cloud (m above its base) where the coverage noise has this value; 0 is clear.
 fn cloud_height(noise: f32) -> f32 {
     let excess = clamp((noise - clouds.threshold) * clouds.inverse_range, 0.0, 1.0);
-    // A dome: steep at the rim, rounded on top.
-    return clouds.thickness * sqrt(excess * (2.0 - excess));
+    // A dome: it rises from the rim at a finite slope and is rounded on top.
+    return clouds.thickness * excess * (2.0 - excess);
 }
 
 fn fade(begin_end: vec2<f32>, distance: f32) -> f32 {
@@ -100,12 +106,17 @@ fn candidate(ring_index: u32, ring: Ring, cell_in_ring: vec2<u32>, layer: u32) -
         return result;
     }
     let largest = clouds.particle_size * ring.cell_size;
-    let radius = largest * mix(SMALLEST_RADIUS, 1.0, unit_float(h3)) * sqrt(growth);
+    // Where the cloud is low, at its rim, particles are small: scud instead of balls.
+    let radius = min(largest * mix(SMALLEST_RADIUS, 1.0, unit_float(h3)) * sqrt(growth), RIM_RADIUS * height);
+    if radius < LEAST_RADIUS * largest {
+        return result;
+    }
     let entry = clouds.shape_list[h4 % clouds.shapes];
     result.particle.radius = radius;
     result.particle.centre = vec3(horizontal.x, clouds.base + max(altitude, BASE_LIFT * radius), horizontal.y);
     result.particle.orientation = uniform_rotation(vec3(unit_float(hash(h4)), unit_float(hash(h4 ^ 0x68bc21ebu)), unit_float(hash(h4 ^ 0x02e5be93u))));
-    result.particle.extinction = clouds.extinction * weight * smoothstep(GROWTH_SEEN, GROWTH_DENSE, growth);
+    result.particle.extinction = clouds.extinction * weight * smoothstep(GROWTH_SEEN, GROWTH_DENSE, growth)
+        * smoothstep(LEAST_RADIUS * largest, DENSE_RADIUS * largest, radius);
     result.particle.shape = entry.x;
     result.particle.id = id;
     result.particle.optical_radius = result.particle.extinction * radius * bitcast<f32>(entry.y);

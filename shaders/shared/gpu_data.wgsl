@@ -45,9 +45,9 @@ struct FrameUniforms {
     has_ground: u32,          // 1: there is a ground
     particle_capacity: u32,   // slots in the particle buffers
     has_clouds: u32,          // 1: the blend has run
+    light_epoch: u32,          // changes whenever the light of any particle does; below 2^24
     padding_a: u32,
     padding_b: u32,
-    padding_c: u32,
 }
 
 // A set of parallel lines seen as a picture: from the sun, or from the zenith.

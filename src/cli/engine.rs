@@ -15,6 +15,7 @@ pub(super) fn renderer(
 ) -> Result<impl FnMut(f64) -> Result<Picture>> {
     let _ = tables;
     let tables = TableSet::embedded()?;
+    job.scene.check_shapes(&job.place, &tables.shape_names().collect::<Vec<_>>())?;
     let gpu = Gpu::headless()?;
     let mut renderer = Renderer::new(&gpu, &tables, &job.scene, &job.settings)?;
     let (scene, size) = (job.scene.clone(), job.size);

@@ -10,7 +10,7 @@ mod info;
 mod progress;
 mod render;
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -64,10 +64,16 @@ fn run(cli: Cli) -> Result<()> {
 /// Warnings to standard error; `RUST_LOG` asks for more.
 fn start_log() {
     use tracing_subscriber::EnvFilter;
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
+    // The Vulkan loader complains of drivers without their hardware; that no adapter is left is an
+    // error of ours and said in one sentence.
+    const WARNINGS: &str = "warn,wgpu_hal::vulkan::instance=off";
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(WARNINGS));
+    let log = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_writer(std::io::stderr);
     // A program that has set up its own log keeps it.
-    let _ =
-        tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init();
+    let _ = log.try_init();
 }
 
 /// A line to standard output. A reader that has gone away, as `head` does, is no error.

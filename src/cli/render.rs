@@ -6,7 +6,8 @@ use clap::Args;
 use serde::Serialize;
 
 use super::args::{self, Size};
-use super::{print, progress};
+use super::print;
+use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::frame::{FrameStats, Picture, Preset, RenderSettings};
 use crate::output::{
@@ -102,9 +103,11 @@ impl Job {
             }
             Some(frames) => {
                 let key = SequenceKey {
-                    version: env!("CARGO_PKG_VERSION").to_owned(),
+                    program: this_program(),
                     scene: scene.to_toml()?,
                     tables: match &args.tables {
+                        // What is no readable file is refused when it is read as a table.
+                        Some(path) if path.is_file() => output::fingerprint(path)?,
                         Some(path) => path.display().to_string(),
                         None => "embedded".to_owned(),
                     },
@@ -131,7 +134,11 @@ impl Job {
         Ok(Self {
             scene,
             place,
-            settings: RenderSettings { preset: args.preset, ..Default::default() },
+            settings: RenderSettings {
+                preset: args.preset,
+                time_passes: args.timings,
+                ..Default::default()
+            },
             size: args.size.0,
             target,
             timings: args.timings,
@@ -170,7 +177,7 @@ impl Job {
         mut render: impl FnMut(f64) -> Result<Picture>,
         records: &mut Vec<FrameRecord>,
     ) -> Result<()> {
-        let bar = progress::bar(u64::from(sequence.frames.count()), "frames");
+        let progress = Progress::new(u64::from(sequence.frames.count()), "frames");
         let keep_stats = self.stats.is_some();
         let report = sequence.run(
             |frame, time| {
@@ -183,16 +190,9 @@ impl Job {
                 records.push(FrameRecord { frame, time, stats });
                 Ok(picture)
             },
-            |_, state, _| match state {
-                FrameState::Written => bar.inc(1),
-                FrameState::Kept => {
-                    // What was there already took no time: the estimate starts after it.
-                    bar.inc(1);
-                    bar.reset_eta();
-                }
-            },
+            |_, state, _| progress.step(state == FrameState::Kept),
         );
-        bar.finish_and_clear();
+        progress.finish();
         let report = report?;
         let first = sequence.path(sequence.frames.start);
         let last = sequence.path(sequence.frames.end - 1);
@@ -221,6 +221,13 @@ pub(super) fn load_scene(path: Option<&Path>) -> Result<(Scene, String)> {
             Ok((Scene::from_toml(DEFAULT_SCENE, &place, Path::new(""))?, place))
         }
     }
+}
+
+/// Version and contents of the program: another build may make other pictures.
+fn this_program() -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    let contents = std::env::current_exe().ok().and_then(|path| output::fingerprint(&path).ok());
+    contents.map_or_else(|| version.to_owned(), |contents| format!("{version} {contents}"))
 }
 
 /// Refuses a path where a file can't be written.

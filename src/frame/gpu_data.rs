@@ -96,12 +96,12 @@ gpu_struct! {
         particle_capacity: u32,
         /// 1: the blend has run.
         has_clouds: u32,
+        /// Changes whenever the light of any particle does; below 2^24.
+        light_epoch: u32,
         /// Unused.
         padding_a: u32,
         /// Unused.
         padding_b: u32,
-        /// Unused.
-        padding_c: u32,
     }
 }
 

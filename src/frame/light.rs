@@ -46,7 +46,8 @@ impl LightPass {
         view: &wgpu::Buffer,
         particles: &wgpu::Buffer,
         lists: &PictureLists,
-        particle_count: &wgpu::Buffer,
+        visible: &wgpu::Buffer,
+        screen: &PictureLists,
         lights: &wgpu::Buffer,
     ) -> LightJob {
         let bindings = self.kernel.bind(
@@ -57,7 +58,8 @@ impl LightPass {
                 particles.as_entire_binding(),
                 lists.lists.tile_offsets.as_entire_binding(),
                 lists.lists.tile_entries.as_entire_binding(),
-                particle_count.as_entire_binding(),
+                visible.as_entire_binding(),
+                screen.order().as_entire_binding(),
                 lights.as_entire_binding(),
             ],
         );

@@ -9,6 +9,7 @@ pub mod passes;
 pub mod picture;
 pub mod picture_lists;
 pub mod plan;
+pub mod population;
 pub mod renderer;
 pub mod resolve;
 pub mod resources;

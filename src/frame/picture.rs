@@ -37,7 +37,7 @@ pub struct FrameStats {
 pub struct PassTime {
     /// Name of the pass, the stem of its file.
     pub name: String,
-    /// Time on the device, ms; none where the adapter has no timestamps or the pass did not run.
+    /// Time, ms; none where the pass did not run or was not timed.
     pub milliseconds: Option<f64>,
     /// Whether it ran in this frame.
     pub ran: bool,

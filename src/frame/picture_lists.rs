@@ -143,6 +143,11 @@ impl PictureLists {
         passes.tile_lists.encode(pass, &passes.scan, &self.lists);
     }
 
+    /// Indices of the particles in order; those outside the picture come last.
+    pub fn order(&self) -> &wgpu::Buffer {
+        &self.sort.values
+    }
+
     /// Device memory, bytes.
     pub fn bytes(&self) -> u64 {
         self.bytes

@@ -91,6 +91,7 @@ pub struct FramePlan {
     decisions: Vec<Decision>,
     screen_order: bool,
     light_order: bool,
+    relit: bool,
 }
 
 impl FramePlan {
@@ -127,7 +128,12 @@ impl FramePlan {
         for pass in [Pass::Project, Pass::Sort, Pass::TileLists] {
             decide(pass, order, moved, or_empty("order unchanged"));
         }
-        decide(Pass::Light, !empty && lit, "particles, sun or sky changed", or_empty("light unchanged"));
+        decide(
+            Pass::Light,
+            !empty && (lit || camera),
+            if lit { "particles, sun or sky changed" } else { "particles may have come into view" },
+            or_empty("light unchanged"),
+        );
         decide(
             Pass::Shadow,
             grounded && !empty && (lit || shadow),
@@ -137,7 +143,7 @@ impl FramePlan {
         decide(Pass::Blend, !empty && (lit || camera), moved, or_empty("clouds unchanged"));
         decide(Pass::Resolve, anything, "something changed", "picture unchanged");
         decide(Pass::Tonemap, anything, "something changed", "picture unchanged");
-        Self { decisions, screen_order, light_order }
+        Self { decisions, screen_order, light_order, relit: lit }
     }
 
     /// The plan with one pass left out, for showing what it does.
@@ -163,6 +169,11 @@ impl FramePlan {
     /// Whether the lights' order and lists are made anew; turning the camera leaves them.
     pub fn light_order(&self) -> bool {
         self.light_order
+    }
+
+    /// Whether the light of particles that were lit before has changed.
+    pub fn relit(&self) -> bool {
+        self.relit
     }
 
     /// What each pass does, in order.
@@ -209,8 +220,8 @@ mod tests {
         let mut now = key();
         now.frame.forward = [1.0, 0.0, 0.0, 0.0];
         let plan = FramePlan::new(Some(&key()), &now, false);
-        assert!(plan.screen_order() && !plan.light_order());
-        for pass in [Pass::Sky, Pass::Rings, Pass::Light, Pass::Shadow] {
+        assert!(plan.screen_order() && !plan.light_order() && !plan.relit());
+        for pass in [Pass::Sky, Pass::Rings, Pass::Shadow] {
             assert!(!plan.runs(pass), "{pass:?}");
         }
         assert!(plan.runs(Pass::Blend) && plan.runs(Pass::Resolve));
@@ -221,7 +232,7 @@ mod tests {
         let mut now = key();
         now.lights[0].towards = [0.0, 1.0, 0.0, 0.0];
         let plan = FramePlan::new(Some(&key()), &now, true);
-        assert!(plan.light_order() && !plan.screen_order());
+        assert!(plan.light_order() && !plan.screen_order() && plan.relit());
         assert!(!plan.runs(Pass::Rings) && plan.runs(Pass::Light) && plan.runs(Pass::Shadow));
     }
 

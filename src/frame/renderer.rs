@@ -1,23 +1,22 @@
 //! The renderer: decides what a frame needs, records its passes, reads the picture back.
 
-use glam::DVec3;
-use wgpu_profiler::Scope;
-
-use super::gpu_data::Particle;
+use super::gpu_data::FrameUniforms;
 use super::passes::Passes;
 use super::picture::{FrameStats, Picture};
 use super::plan::{FrameKey, FramePlan, Pass};
+use super::population::Shapes;
 use super::resources::{Capacities, Layout, ListCapacity, Resources};
-use super::rings::{self, FieldShape};
+use super::rings;
 use super::settings::{Quality, RenderSettings};
 use super::shadow::ShadowJob;
 use super::sky::{SkyInputs, SkyKind, SkyPass, SkyWork};
 use super::stats::{Counts, StatsReader, pass_times};
 use super::view::{self, Bounds, SCREEN_TILE};
 use crate::gpu::{Gpu, ShaderLibrary, buffers};
-use crate::scene::{CloudField, ParticleSpec, Scene, Sky};
+use crate::scene::{Scene, Sky};
 use crate::tables::{TableSet, TablesGpu};
 use crate::{Error, Result};
+use glam::DVec3;
 
 /// First capacities: a frame that needs more makes them grow.
 const FIRST_LISTS: ListCapacity = ListCapacity { bins: 1 << 15, tiles: 1 << 17 };
@@ -26,6 +25,10 @@ const FIRST_PARTICLES: u32 = 1 << 14;
 /// for whatever the fuller lists want.
 const MOST_ATTEMPTS: usize = 5;
 
+/// Epochs of light run from 1 to this and over: all of them are exact in f32. Buffers start with
+/// 0, which is none.
+const LAST_EPOCH: u32 = 1 << 24;
+
 /// Makes frames of scenes with one phase function, on one device.
 pub struct Renderer {
     gpu: Gpu,
@@ -33,7 +36,7 @@ pub struct Renderer {
     omit: Option<Pass>,
     passes: Passes,
     tables: TablesGpu,
-    shapes: Vec<NamedShape>,
+    shapes: Shapes,
     mean_cosine: f32,
     phase: wgpu::Buffer,
     sky: SkyPass,
@@ -42,11 +45,7 @@ pub struct Renderer {
     capacities: Capacities,
     resources: Option<Resources>,
     last: Option<FrameKey>,
-}
-
-struct NamedShape {
-    name: String,
-    shape: FieldShape,
+    light_epoch: u32,
 }
 
 impl Renderer {
@@ -64,30 +63,19 @@ impl Renderer {
         let sky = SkyPass::new(gpu, &library)?;
         let passes = Passes::new(gpu, &library, &quality, tables_gpu.layout(), sky.layout())?;
         let shadow = passes.shadow.job(gpu, quality.shadow_resolution);
-        let shapes = tables
-            .shape_names()
-            .enumerate()
-            .map(|(index, name)| NamedShape {
-                name: name.to_owned(),
-                shape: FieldShape {
-                    index: index as u32,
-                    mean_density: tables.mean_density(index as u32) as f32,
-                },
-            })
-            .collect();
         let lists = FIRST_LISTS;
         Ok(Self {
             gpu: gpu.clone(),
             quality,
             omit: settings.omit,
             passes,
-            shapes,
+            shapes: Shapes::new(tables),
             mean_cosine: medium.phase.mean_cosine() as f32,
             phase: buffers::uniform(gpu, "phase", &tables_gpu.phase_params()),
             tables: tables_gpu,
             sky,
             shadow,
-            stats: StatsReader::new(gpu)?,
+            stats: StatsReader::new(gpu, settings.time_passes)?,
             capacities: Capacities {
                 particles: FIRST_PARTICLES.max(scene.particles.len() as u32),
                 screen: lists,
@@ -95,6 +83,7 @@ impl Renderer {
             },
             resources: None,
             last: None,
+            light_epoch: 0,
         })
     }
 
@@ -104,8 +93,8 @@ impl Renderer {
         let Some(resources) = &self.resources else {
             return Err(Error::Gpu("no frame was made".to_owned()));
         };
-        let radiance = read_texture(&self.gpu, &resources.targets.picture, size)?;
-        let pixels = read_texture(&self.gpu, &resources.targets.display, size)?;
+        let radiance = self.gpu.read_texture(&resources.targets.picture)?;
+        let pixels = self.gpu.read_texture(&resources.targets.display)?;
         Ok(Picture { size, radiance, pixels, stats })
     }
 
@@ -153,7 +142,12 @@ impl Renderer {
         Ok(())
     }
 
-    fn attempt(&mut self, scene: &Scene, time: f64, size: [u32; 2]) -> Result<(FrameStats, Counts)> {
+    fn attempt(
+        &mut self,
+        scene: &Scene,
+        time: f64,
+        size: [u32; 2],
+    ) -> Result<(FrameStats, Counts)> {
         let key = self.key(scene, time, size)?;
         let sky_work = self.sky.update(&self.gpu, &sky_inputs(scene));
         let layout = Layout {
@@ -171,11 +165,12 @@ impl Renderer {
         };
         let plan =
             FramePlan::new(self.last.as_ref(), &key, sky_work != SkyWork::None).without(self.omit);
-        self.record(&resources, &plan, &key, sky_work);
+        self.record(&resources, &plan, &key, sky_work)?;
         let times = self.stats.times(&self.gpu)?;
         let counts = self.stats.read(&self.gpu)?;
         let tiles = size.map(|s| s.div_ceil(SCREEN_TILE));
-        let bytes = resources.bytes() + self.shadow.bytes() + self.tables.bytes() + self.sky.bytes();
+        let bytes =
+            resources.bytes() + self.shadow.bytes() + self.tables.bytes() + self.sky.bytes();
         let stats = FrameStats {
             passes: pass_times(&plan, &times),
             counters: counts.counters(&self.capacities, tiles, bytes),
@@ -188,25 +183,14 @@ impl Renderer {
     /// Everything this frame's picture depends on.
     fn key(&self, scene: &Scene, time: f64, size: [u32; 2]) -> Result<FrameKey> {
         let camera = &scene.camera;
-        let listed = self.listed(&scene.particles, camera.position)?;
-        let clouds = match &scene.clouds {
-            Some(field) => Some(rings::uniforms(
-                field,
-                camera.position,
-                time,
-                &self.field_shapes(field)?,
-                listed.len() as u32,
-                self.capacities.particles,
-            )),
-            None => None,
-        };
-        let has_clouds =
-            (clouds.is_some() || !listed.is_empty()) && self.omit != Some(Pass::Blend);
+        let listed = self.shapes.listed(&scene.particles, camera.position)?;
+        let first_slot = listed.len() as u32;
+        let clouds = self.shapes.field(scene, time, first_slot, self.capacities.particles)?;
+        let has_clouds = (clouds.is_some() || !listed.is_empty()) && self.omit != Some(Pass::Blend);
         let bounds = bounds(scene, time);
         let samples = self.quality.light_samples;
-        let light = |towards, is_sun| {
-            view::light_view(towards, is_sun, &bounds, camera.position, samples)
-        };
+        let light =
+            |towards, is_sun| view::light_view(towards, is_sun, &bounds, camera.position, samples);
         Ok(FrameKey {
             frame: view::frame_uniforms(
                 scene,
@@ -224,54 +208,20 @@ impl Renderer {
         })
     }
 
-    fn shape(&self, name: &str, field: impl FnOnce() -> String) -> Result<FieldShape> {
-        self.shapes.iter().find(|s| s.name == name).map(|s| s.shape).ok_or_else(|| {
-            let known: Vec<_> = self.shapes.iter().map(|s| s.name.as_str()).collect();
-            Error::input(
-                field(),
-                format!("expected a shape of the tables ({}), found `{name}`", known.join(", ")),
-            )
-        })
-    }
-
-    fn field_shapes(&self, field: &CloudField) -> Result<Vec<FieldShape>> {
-        if field.shapes.is_empty() {
-            let noisy: Vec<_> =
-                self.shapes.iter().filter(|s| s.name != "uniform").map(|s| s.shape).collect();
-            return Ok(if noisy.is_empty() { vec![self.shape("uniform", String::new)?] } else { noisy });
-        }
-        field
-            .shapes
-            .iter()
-            .enumerate()
-            .map(|(i, name)| self.shape(name, || format!("clouds.shapes[{i}]")))
-            .collect()
-    }
-
-    fn listed(&self, specs: &[ParticleSpec], camera: DVec3) -> Result<Vec<Particle>> {
-        specs
-            .iter()
-            .enumerate()
-            .map(|(i, spec)| {
-                let shape = self.shape(&spec.shape, || format!("particles[{i}].shape"))?;
-                let optical_radius = spec.extinction * spec.radius * f64::from(shape.mean_density);
-                Ok(Particle {
-                    centre: (spec.centre - camera).as_vec3().to_array(),
-                    radius: spec.radius as f32,
-                    orientation: spec.orientation.conjugate().as_quat().to_array(),
-                    extinction: spec.extinction as f32,
-                    shape: shape.index,
-                    id: super::cpu::noise::hash(i as u32),
-                    optical_radius: optical_radius as f32,
-                })
-            })
-            .collect()
-    }
-
-    fn record(&mut self, resources: &Resources, plan: &FramePlan, key: &FrameKey, sky: SkyWork) {
+    fn record(
+        &mut self,
+        resources: &Resources,
+        plan: &FramePlan,
+        key: &FrameKey,
+        sky: SkyWork,
+    ) -> Result<()> {
         let gpu = &self.gpu;
         let passes = &self.passes;
-        gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&key.frame));
+        if plan.relit() {
+            self.light_epoch = self.light_epoch % LAST_EPOCH + 1;
+        }
+        let frame = FrameUniforms { light_epoch: self.light_epoch, ..key.frame };
+        gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&frame));
         for (index, light) in key.lights.iter().enumerate() {
             resources.write_view(gpu, index, light);
         }
@@ -289,9 +239,9 @@ impl Renderer {
         }
 
         let (tables, sky_bindings) = (self.tables.bind_group(), self.sky.bind_group());
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor {
-            label: Some("frame"),
-        });
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         if plan.runs(Pass::Project) && plan.screen_order() {
             encoder.clear_buffer(&resources.visible, 0, None);
         }
@@ -307,60 +257,74 @@ impl Renderer {
         .flatten()
         .collect();
         for pass in Pass::ALL.into_iter().filter(|p| plan.runs(*p)) {
-            let mut scope = self.stats.profiler().scope(pass.name(), &mut encoder);
-            if pass == Pass::Sky {
-                self.sky.encode(&mut scope, sky);
-                continue;
-            }
-            let mut compute = compute_pass(&mut scope, pass);
-            let compute = &mut compute;
-            match pass {
-                Pass::Sky => {}
-                Pass::Rings => {
-                    if let (Some(job), Some(clouds)) = (&resources.rings, &key.clouds) {
-                        passes.rings.encode(gpu, compute, &passes.lists.scan, job, clouds);
+            self.stats.timed(gpu, pass, &mut encoder, |encoder| {
+                if pass == Pass::Sky {
+                    return self.sky.encode(encoder, sky);
+                }
+                let compute = &mut compute_pass(encoder, pass);
+                match pass {
+                    Pass::Sky => {}
+                    Pass::Rings => {
+                        if let (Some(job), Some(clouds)) = (&resources.rings, &key.clouds) {
+                            passes.rings.encode(gpu, compute, &passes.lists.scan, job, clouds);
+                        }
+                    }
+                    Pass::Project => {
+                        pictures.iter().for_each(|(lists, p)| lists.encode_project(compute, p));
+                    }
+                    Pass::Sort => {
+                        pictures.iter().for_each(|(l, _)| l.encode_sort(compute, &passes.lists));
+                    }
+                    Pass::TileLists => {
+                        pictures.iter().for_each(|(l, _)| l.encode_lists(compute, &passes.lists));
+                    }
+                    Pass::Light => {
+                        for light in &resources.lights {
+                            passes.light.encode(compute, &light.job, tables, sky_bindings);
+                        }
+                    }
+                    Pass::Shadow => {
+                        passes.shadow.encode(
+                            compute,
+                            &self.shadow,
+                            &resources.shadow_bindings,
+                            tables,
+                        );
+                    }
+                    Pass::Blend => {
+                        let bindings = &resources.blend_bindings;
+                        passes.blend.encode(
+                            compute,
+                            key.frame.size,
+                            bindings,
+                            tables,
+                            sky_bindings,
+                        );
+                    }
+                    Pass::Resolve => {
+                        let bindings = &resources.resolve_bindings;
+                        passes.resolve.encode(
+                            compute,
+                            key.frame.size,
+                            bindings,
+                            tables,
+                            sky_bindings,
+                        );
+                    }
+                    Pass::Tonemap => {
+                        passes.tonemap.encode(compute, key.frame.size, &resources.tonemap_bindings);
                     }
                 }
-                Pass::Project => {
-                    pictures.iter().for_each(|(lists, p)| lists.encode_project(compute, p));
-                }
-                Pass::Sort => {
-                    pictures.iter().for_each(|(l, _)| l.encode_sort(compute, &passes.lists));
-                }
-                Pass::TileLists => {
-                    pictures.iter().for_each(|(l, _)| l.encode_lists(compute, &passes.lists));
-                }
-                Pass::Light => {
-                    for light in &resources.lights {
-                        passes.light.encode(compute, &light.job, tables, sky_bindings);
-                    }
-                }
-                Pass::Shadow => {
-                    passes.shadow.encode(compute, &self.shadow, &resources.shadow_bindings, tables);
-                }
-                Pass::Blend => {
-                    let bindings = &resources.blend_bindings;
-                    passes.blend.encode(compute, key.frame.size, bindings, tables, sky_bindings);
-                }
-                Pass::Resolve => {
-                    let bindings = &resources.resolve_bindings;
-                    passes.resolve.encode(compute, key.frame.size, bindings, tables, sky_bindings);
-                }
-                Pass::Tonemap => {
-                    passes.tonemap.encode(compute, key.frame.size, &resources.tonemap_bindings);
-                }
-            }
+            })?;
         }
         self.stats.gather(&mut encoder, resources);
         gpu.queue.submit([encoder.finish()]);
+        Ok(())
     }
 }
 
-fn compute_pass<'a>(
-    scope: &'a mut Scope<'_, wgpu::CommandEncoder>,
-    pass: Pass,
-) -> wgpu::ComputePass<'a> {
-    scope.begin_compute_pass(&wgpu::ComputePassDescriptor {
+fn compute_pass(encoder: &mut wgpu::CommandEncoder, pass: Pass) -> wgpu::ComputePass<'_> {
+    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
         label: Some(pass.name()),
         timestamp_writes: None,
     })
@@ -376,7 +340,7 @@ fn sky_inputs(scene: &Scene) -> SkyInputs {
         sun_irradiance: scene.sun.irradiance as f32,
         angular_diameter: scene.sun.angular_diameter.to_radians() as f32,
         camera_altitude: scene.camera.position.y,
-        ground_albedo: scene.ground.map_or(DVec3::ZERO, |g| g.albedo).as_vec3(),
+        ground_albedo: scene.effective_ground().map_or(DVec3::ZERO, |g| g.albedo).as_vec3(),
     }
 }
 
@@ -406,35 +370,4 @@ fn bounds(scene: &Scene, time: f64) -> Bounds {
         result = Bounds { low: DVec3::ZERO, high: DVec3::ONE, detail: 1.0 };
     }
     result
-}
-
-/// Copies a texture to the host as plain pixels.
-fn read_texture<T: bytemuck::Pod>(
-    gpu: &Gpu,
-    texture: &wgpu::Texture,
-    size: [u32; 2],
-) -> Result<Vec<T>> {
-    let row = size[0] * size_of::<T>() as u32;
-    let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let bytes = u64::from(padded) * u64::from(size[1]);
-    let buffer = buffers::storage(gpu, "picture read back", bytes as usize, 1);
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(padded),
-                rows_per_image: None,
-            },
-        },
-        wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-    );
-    gpu.queue.submit([encoder.finish()]);
-    let raw = gpu.read_buffer::<u8>(&buffer, bytes as usize)?;
-    Ok(raw
-        .chunks_exact(padded as usize)
-        .flat_map(|line| bytemuck::pod_collect_to_vec::<u8, T>(&line[..row as usize]))
-        .collect())
 }

@@ -147,7 +147,8 @@ impl Resources {
                 &view,
                 &particles,
                 &lists,
-                &particle_count,
+                &visible,
+                &screen,
                 &particle_lights,
             );
             LightResources { view, lists, job }

@@ -68,7 +68,8 @@ impl RingPass {
         particles: &wgpu::Buffer,
         particle_count: &wgpu::Buffer,
     ) -> RingJob {
-        let uniforms = buffers::uniform(gpu, "clouds", &<CloudUniforms as bytemuck::Zeroable>::zeroed());
+        let uniforms =
+            buffers::uniform(gpu, "clouds", &<CloudUniforms as bytemuck::Zeroable>::zeroed());
         let word = size_of::<u32>();
         let counts = buffers::storage(gpu, "column counts", columns as usize, word);
         let offsets = buffers::storage(gpu, "column offsets", columns as usize + 1, word);
@@ -223,10 +224,8 @@ fn place_ring(field: &CloudField, camera: DVec2, cell_size: f64, layers: u32) ->
 /// is hashed, so they are the same for every seed, place and time.
 fn coverage_quantiles<const N: usize>(octaves: u32, shares: [f64; N]) -> [f32; N] {
     static DRAWN: OnceLock<Mutex<HashMap<u32, Vec<f32>>>> = OnceLock::new();
-    let mut drawn = DRAWN
-        .get_or_init(Default::default)
-        .lock()
-        .unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut drawn =
+        DRAWN.get_or_init(Default::default).lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     let sorted = drawn.entry(octaves).or_insert_with(|| {
         let mut values = coverage_noise::draws(octaves, QUANTILE_DRAWS);
         values.sort_by(f32::total_cmp);

@@ -72,6 +72,9 @@ pub struct RenderSettings {
     pub preset: Preset,
     /// A pass to leave out, to see what it does.
     pub omit: Option<super::plan::Pass>,
+    /// Times of the passes are wanted, even where measuring them makes frames slower (software
+    /// adapters).
+    pub time_passes: bool,
 }
 
 /// The numbers behind a preset.

@@ -26,11 +26,7 @@ pub struct ShadowJob {
 
 impl ShadowPass {
     /// Compiles the pass; it reads the tables (group 1).
-    pub fn new(
-        gpu: &Gpu,
-        library: &ShaderLibrary,
-        tables: &wgpu::BindGroupLayout,
-    ) -> Result<Self> {
+    pub fn new(gpu: &Gpu, library: &ShaderLibrary, tables: &wgpu::BindGroupLayout) -> Result<Self> {
         let file = crate::shader_file!("frame/shadow.wgsl");
         Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[tables])? })
     }

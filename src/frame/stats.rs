@@ -1,9 +1,11 @@
 //! Counts and times of a frame, read back from the device.
 
-use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
+use std::time::Instant;
+
+use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
 
 use super::picture::{Counters, PassTime};
-use super::plan::FramePlan;
+use super::plan::{FramePlan, Pass};
 use super::resources::{BLEND_COUNTS, Capacities, ListCapacity, Resources};
 use crate::gpu::{Gpu, buffers};
 use crate::{Error, Result};
@@ -25,28 +27,69 @@ pub struct Counts {
     pub empty_tiles: u32,
 }
 
+/// How the passes are timed.
+pub enum Clock {
+    /// By the device's timestamps.
+    Device(Box<GpuProfiler>),
+    /// By the host's clock: each pass is submitted alone and waited for. For software adapters,
+    /// whose timestamps do not bracket compute work (Mesa 22.3.6 reports a blend of 100 ms as
+    /// 0.05 ms), and for adapters without timestamps.
+    Host(Vec<(Pass, f64)>),
+    /// Not at all.
+    Off,
+}
+
 /// Where all counts are gathered for one read.
 pub struct StatsReader {
     words: wgpu::Buffer,
-    profiler: GpuProfiler,
+    clock: Clock,
 }
 
 const WORDS: usize = 1 + 1 + 6 + BLEND_COUNTS;
 const WORD: u64 = size_of::<u32>() as u64;
 
 impl StatsReader {
-    /// Makes the reader.
-    pub fn new(gpu: &Gpu) -> Result<Self> {
-        // Debug groups crash inside lavapipe (Mesa 22.3.6) when a build has debug assertions.
-        let settings = GpuProfilerSettings { enable_debug_groups: false, ..Default::default() };
-        let profiler = GpuProfiler::new(&gpu.device, settings)
-            .map_err(|e| Error::Gpu(format!("timestamps: {e}")))?;
-        Ok(Self { words: buffers::storage(gpu, "counts", WORDS, WORD as usize), profiler })
+    /// Makes the reader. `time_passes`: times are wanted even where they cost time.
+    pub fn new(gpu: &Gpu, time_passes: bool) -> Result<Self> {
+        let software = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        let stamps = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        let clock = if stamps && !software {
+            // Debug groups crash inside lavapipe (Mesa 22.3.6) when a build has debug assertions;
+            // they are of no use without a capture tool anywhere else.
+            let settings = GpuProfilerSettings { enable_debug_groups: false, ..Default::default() };
+            let profiler = GpuProfiler::new(&gpu.device, settings)
+                .map_err(|e| Error::Gpu(format!("timestamps: {e}")))?;
+            Clock::Device(Box::new(profiler))
+        } else if time_passes {
+            Clock::Host(Vec::new())
+        } else {
+            Clock::Off
+        };
+        Ok(Self { words: buffers::storage(gpu, "counts", WORDS, WORD as usize), clock })
     }
 
-    /// The profiler for scopes of passes.
-    pub fn profiler(&self) -> &GpuProfiler {
-        &self.profiler
+    /// Records one pass with `record`, timed.
+    pub fn timed(
+        &mut self,
+        gpu: &Gpu,
+        pass: Pass,
+        encoder: &mut wgpu::CommandEncoder,
+        record: impl FnOnce(&mut wgpu::CommandEncoder),
+    ) -> Result<()> {
+        match &mut self.clock {
+            Clock::Device(profiler) => record(&mut profiler.scope(pass.name(), encoder)),
+            Clock::Off => record(encoder),
+            Clock::Host(times) => {
+                flush(gpu, encoder);
+                gpu.wait()?;
+                let start = Instant::now();
+                record(encoder);
+                flush(gpu, encoder);
+                gpu.wait()?;
+                times.push((pass, start.elapsed().as_secs_f64()));
+            }
+        }
+        Ok(())
     }
 
     /// Records the gathering, after all passes.
@@ -66,7 +109,9 @@ impl StatsReader {
             copy(&lists.tile_offsets, lists.tile_total_index(), 1);
         }
         copy(&resources.blend_counts, 0, BLEND_COUNTS as u64);
-        self.profiler.resolve_queries(encoder);
+        if let Clock::Device(profiler) = &mut self.clock {
+            profiler.resolve_queries(encoder);
+        }
     }
 
     /// Waits for the frame and reads its counts.
@@ -79,15 +124,32 @@ impl StatsReader {
         Ok(Counts { particles, visible, lists, lookups, pixels, empty_tiles })
     }
 
-    /// Ends the frame of the profiler and returns its times where there are any.
-    pub fn times(&mut self, gpu: &Gpu) -> Result<Vec<GpuTimerQueryResult>> {
-        self.profiler.end_frame().map_err(|e| Error::Gpu(format!("timestamps: {e}")))?;
+    /// Waits for the frame and returns the seconds of its passes, where they are known.
+    pub fn times(&mut self, gpu: &Gpu) -> Result<Vec<(Pass, f64)>> {
+        let profiler = match &mut self.clock {
+            Clock::Off => return Ok(Vec::new()),
+            Clock::Host(times) => return Ok(std::mem::take(times)),
+            Clock::Device(profiler) => profiler,
+        };
+        profiler.end_frame().map_err(|e| Error::Gpu(format!("timestamps: {e}")))?;
         gpu.wait()?;
-        Ok(self
-            .profiler
-            .process_finished_frame(gpu.queue.get_timestamp_period())
-            .unwrap_or_default())
+        let scopes = profiler.process_finished_frame(gpu.queue.get_timestamp_period());
+        Ok(scopes
+            .unwrap_or_default()
+            .iter()
+            .filter_map(|scope| {
+                let pass = Pass::ALL.into_iter().find(|p| p.name() == scope.label)?;
+                scope.time.as_ref().map(|t| (pass, t.end - t.start))
+            })
+            .collect())
     }
+}
+
+/// Submits what is recorded so far, and goes on with a fresh encoder.
+fn flush(gpu: &Gpu, encoder: &mut wgpu::CommandEncoder) {
+    let next =
+        gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+    gpu.queue.submit([std::mem::replace(encoder, next).finish()]);
 }
 
 /// Room that is added when something grows: a quarter, so that a slow growth does not make new
@@ -145,18 +207,14 @@ impl Counts {
 }
 
 /// The passes of a frame with their times and reasons.
-pub fn pass_times(plan: &FramePlan, times: &[GpuTimerQueryResult]) -> Vec<PassTime> {
+pub fn pass_times(plan: &FramePlan, times: &[(Pass, f64)]) -> Vec<PassTime> {
     plan.decisions()
         .iter()
         .map(|decision| {
-            let name = decision.pass.name();
-            let ranges: Vec<_> =
-                times.iter().filter(|t| t.label == name).filter_map(|t| t.time.as_ref()).collect();
-            let milliseconds = (decision.runs && !ranges.is_empty())
-                .then(|| ranges.iter().map(|r| (r.end - r.start) * 1e3).sum());
+            let seconds = times.iter().find(|(pass, _)| *pass == decision.pass).map(|t| t.1);
             PassTime {
-                name: name.to_owned(),
-                milliseconds,
+                name: decision.pass.name().to_owned(),
+                milliseconds: seconds.filter(|_| decision.runs).map(|s| s * 1e3),
                 ran: decision.runs,
                 reason: decision.reason.to_owned(),
             }

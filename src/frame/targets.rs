@@ -42,14 +42,7 @@ impl Targets {
         let picture = texture("picture", wgpu::TextureFormat::Rgba32Float);
         let display = texture("display", wgpu::TextureFormat::Rgba8Unorm);
         let view = |t: &wgpu::Texture| t.create_view(&Default::default());
-        Self {
-            size,
-            clouds: view(&clouds),
-            distance: view(&distance),
-            picture,
-            display,
-            bytes,
-        }
+        Self { size, clouds: view(&clouds), distance: view(&distance), picture, display, bytes }
     }
 
     /// Device memory, bytes.

@@ -94,7 +94,8 @@ impl TileListPass {
                 inputs.length_index,
             ],
         );
-        let words = |label, count: u32| buffers::storage(gpu, label, count as usize, size_of::<u32>());
+        let words =
+            |label, count: u32| buffers::storage(gpu, label, count as usize, size_of::<u32>());
         let bin_counts = words("bin counts", bin_count * chunks);
         let bin_offsets = words("bin offsets", bin_count * chunks + 1);
         let bin_entries = words("bin entries", size.bin_entries);
@@ -116,7 +117,8 @@ impl TileListPass {
                 ],
             )
         };
-        let all = [&bin_counts, &bin_offsets, &bin_entries, &tile_counts, &tile_offsets, &tile_entries];
+        let all =
+            [&bin_counts, &bin_offsets, &bin_entries, &tile_counts, &tile_offsets, &tile_entries];
         let bytes = all.iter().map(|b| b.size()).sum();
         TileLists {
             bin_bindings: bind(&bin_counts),

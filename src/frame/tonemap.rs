@@ -15,7 +15,8 @@ pub struct TonemapPass {
 impl TonemapPass {
     /// Compiles the pass.
     pub fn new(gpu: &Gpu, library: &ShaderLibrary) -> Result<Self> {
-        let kernel = Kernel::new(gpu, library, crate::shader_file!("frame/tonemap.wgsl"), &[], &[])?;
+        let kernel =
+            Kernel::new(gpu, library, crate::shader_file!("frame/tonemap.wgsl"), &[], &[])?;
         Ok(Self { kernel })
     }
 

@@ -59,12 +59,12 @@ pub fn frame_uniforms(
         transmittance_stop: quality.transmittance_stop,
         exposure: (BASE_EXPOSURE * scene.exposure.exp2() / scene.sun.irradiance.max(1e-30)) as f32,
         has_air: u32::from(matches!(scene.sky, Sky::Atmosphere)),
-        has_ground: u32::from(scene.ground.is_some()),
+        has_ground: u32::from(scene.effective_ground().is_some()),
         particle_capacity,
         has_clouds: u32::from(has_clouds),
+        light_epoch: 0,
         padding_a: 0,
         padding_b: 0,
-        padding_c: 0,
     }
 }
 
@@ -98,7 +98,8 @@ pub fn light_view(
     // Whole tiles of the world: shadows don't crawl when the box moves with the camera.
     let first = (low / tile).floor();
     // One tile more than the box is wide: the grid's size does not depend on where the box lies.
-    let tiles = (((high - low) / tile).ceil() + 1.0).clamp(DVec2::ONE, DVec2::splat(MOST_LIGHT_TILES));
+    let tiles =
+        (((high - low) / tile).ceil() + 1.0).clamp(DVec2::ONE, DVec2::splat(MOST_LIGHT_TILES));
     let origin = (first * tile - project(camera)).as_vec2();
     LightView {
         axis_u: four(axis_u),

@@ -1,5 +1,7 @@
 //! Adapter, device and queue, within WebGPU's default limits.
 
+use std::sync::{Arc, Mutex};
+
 use crate::error::{Error, Result};
 
 /// One graphics device with its queue. Cheap to clone: wgpu's handles are counted references.
@@ -11,7 +13,12 @@ pub struct Gpu {
     pub device: wgpu::Device,
     /// Its only queue.
     pub queue: wgpu::Queue,
+    failure: Failure,
 }
+
+/// The first error that wgpu reported outside of a call's result: out of memory, a lost device, a
+/// command that it refused.
+type Failure = Arc<Mutex<Option<String>>>;
 
 impl Gpu {
     /// A device without a surface, for rendering to files and for tests.
@@ -51,51 +58,64 @@ impl Gpu {
             ..Default::default()
         }))
         .map_err(|e| Error::Gpu(format!("{e}")))?;
-        Ok(Self { adapter, device, queue })
+        let failure = Failure::default();
+        let note = failure.clone();
+        // Without a handler wgpu ends the program.
+        device.on_uncaptured_error(Arc::new(move |e| keep_first(&note, one_line(&e))));
+        let note = failure.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                keep_first(&note, format!("the device was lost: {message}"));
+            }
+        });
+        Ok(Self { adapter, device, queue, failure })
     }
 
-    /// Waits until everything submitted so far has run.
+    /// Waits until everything submitted so far has run, and tells what failed on the way.
     pub fn wait(&self) -> Result<()> {
-        self.device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map(|_| ())
-            .map_err(|e| Error::Gpu(format!("{e}")))
+        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.check()?;
+        polled.map(|_| ()).map_err(|e| Error::Gpu(format!("{e}")))
     }
 
-    /// Copies a buffer back to the host as plain values. Stalls: for tests, statistics and output.
-    pub fn read_buffer<T: bytemuck::Pod>(
-        &self,
-        buffer: &wgpu::Buffer,
-        count: usize,
-    ) -> Result<Vec<T>> {
-        let bytes = (count * size_of::<T>()) as u64;
-        if bytes == 0 {
-            return Ok(Vec::new());
+    /// Tells what has failed since the device was made. What was computed since is of no use.
+    pub fn check(&self) -> Result<()> {
+        let failure = self.failure.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        failure.as_ref().map_or(Ok(()), |message| Err(Error::Gpu(message.clone())))
+    }
+}
+
+fn keep_first(failure: &Failure, message: String) {
+    let mut first = failure.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    first.get_or_insert(message);
+}
+
+/// An error with its causes on one line.
+fn one_line(error: &wgpu::Error) -> String {
+    let text = error.to_string();
+    let parts = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    parts.collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_device_refuses_is_an_error_and_no_panic() {
+        let gpu = Gpu::headless().expect("an adapter");
+        gpu.check().expect("a fresh device");
+        let beyond = gpu.device.limits().max_buffer_size + 4;
+        for label in ["first", "second"] {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: beyond,
+                usage: wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
         }
-        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("read back"),
-            size: bytes.next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes.next_multiple_of(4));
-        self.queue.submit([encoder.finish()]);
-        let slice = staging.slice(..);
-        let (send, receive) = std::sync::mpsc::channel();
-        slice.map_async(wgpu::MapMode::Read, move |r| {
-            // The receiver only goes away with this function.
-            let _ = send.send(r);
-        });
-        self.wait()?;
-        match receive.recv() {
-            Ok(Ok(())) => {}
-            Ok(Err(e)) => return Err(Error::Gpu(format!("reading back a buffer: {e}"))),
-            Err(e) => return Err(Error::Gpu(format!("reading back a buffer: {e}"))),
-        }
-        let view = slice
-            .get_mapped_range()
-            .map_err(|e| Error::Gpu(format!("reading back a buffer: {e}")))?;
-        Ok(bytemuck::pod_collect_to_vec(&view[..bytes as usize]))
+        let message = gpu.wait().expect_err("a buffer beyond the limits").to_string();
+        assert!(message.contains("first") && message.contains("maximum buffer size"), "{message}");
+        assert!(!message.contains('\n'), "{message}");
     }
 }

@@ -5,6 +5,7 @@
 
 mod atomic;
 mod exr;
+mod fingerprint;
 mod png;
 mod sequence;
 
@@ -12,6 +13,7 @@ use std::fmt::{Display, Formatter};
 use std::path::Path;
 
 pub use atomic::write_atomically;
+pub use fingerprint::fingerprint;
 pub use sequence::{FrameRange, FrameState, Sequence, SequenceKey, SequenceReport};
 
 use crate::error::{Error, Result};

@@ -59,11 +59,11 @@ impl Display for FrameRange {
 /// What all frames of a folder have in common.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SequenceKey {
-    /// Version of the program.
-    pub version: String,
+    /// The program: version and fingerprint.
+    pub program: String,
     /// The scene as TOML, with all its particles.
     pub scene: String,
-    /// The table file, or "embedded".
+    /// The fingerprint of the table file, or "embedded".
     pub tables: String,
     /// Width and height, pixels.
     pub size: [u32; 2],
@@ -238,7 +238,7 @@ mod tests {
     fn sequence(folder: &Path) -> Sequence {
         Sequence {
             key: SequenceKey {
-                version: "1".to_owned(),
+                program: "1".to_owned(),
                 scene: "a scene".to_owned(),
                 tables: "embedded".to_owned(),
                 size: [16, 9],

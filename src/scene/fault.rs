@@ -124,7 +124,8 @@ pub(super) fn from_serde(field: &str, message: &str) -> Fault {
     let suggestion = suggestion(message);
     let message = message
         .replace("expected f64", "expected a number")
-        .replace("expected u32", "expected a whole number from 0 to 4294967295");
+        .replace("expected u32", "expected a whole number from 0 to 4294967295")
+        .replace("floating-point number overflowed", "expected a number of at most 1.8e308");
     Fault { field: tidy(field, 100), message: tidy(&message, LONGEST_MESSAGE) + &suggestion }
 }
 

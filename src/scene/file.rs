@@ -65,7 +65,12 @@ pub(super) fn parse(text: &str, place: &str, base_dir: &Path) -> Result<Scene> {
     // An editor's byte order mark is no part of the text.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let not_toml = |e: toml::de::Error| toml_error(text, place, "", &e);
-    let reader = toml::Deserializer::parse(text).map_err(not_toml)?;
+    let root = DeTable::parse(text).map_err(not_toml)?;
+    tables(root.get_ref()).map_err(|f| {
+        let line = line_of(text, f.field());
+        f.in_line(place, line)
+    })?;
+    let reader = toml::Deserializer::from(root);
     let file: SceneFile = serde_path_to_error::deserialize(reader).map_err(|e| {
         let path = fault::path_text(e.path());
         toml_error(text, place, &path, e.inner())
@@ -81,6 +86,27 @@ pub(super) fn parse(text: &str, place: &str, base_dir: &Path) -> Result<Scene> {
         check::scene(&scene).map_err(|f| f.in_place(place))?;
     }
     Ok(scene)
+}
+
+/// Refuses lists in place of tables: serde would take their elements for the fields in order.
+fn tables(root: &DeTable<'_>) -> std::result::Result<(), Fault> {
+    const TABLES: [&str; 7] = ["camera", "sun", "sky", "ground", "medium", "output", "clouds"];
+    let at = At::Root;
+    for name in TABLES {
+        if matches!(root.get(name).map(|v| v.get_ref()), Some(DeValue::Array(_))) {
+            let message = format!("expected one table, [{name}] or {{...}}, found a list");
+            return Err(at.key(name).fault(message));
+        }
+    }
+    let Some(DeValue::Array(particles)) = root.get("particles").map(|v| v.get_ref()) else {
+        return Ok(());
+    };
+    match particles.iter().position(|p| matches!(p.get_ref(), DeValue::Array(_))) {
+        Some(index) => {
+            Err(at.key("particles").index(index).fault("expected a table, found a list"))
+        }
+        None => Ok(()),
+    }
 }
 
 fn checked(file: SceneFile) -> std::result::Result<Scene, Fault> {

@@ -15,12 +15,7 @@ pub fn hash(value: u32) -> u32 {
 
 /// A hash of two numbers; not symmetric.
 pub fn hash_combine(seed: u32, value: u32) -> u32 {
-    hash(
-        seed ^ value
-            .wrapping_add(0x9e37_79b9)
-            .wrapping_add(seed << 6)
-            .wrapping_add(seed >> 2),
-    )
+    hash(seed ^ value.wrapping_add(0x9e37_79b9).wrapping_add(seed << 6).wrapping_add(seed >> 2))
 }
 
 /// Uniform in [0, 1) from the upper 24 bits.

@@ -8,6 +8,9 @@ use crate::frame::gpu_data::{CloudUniforms, Particle, Ring};
 const GROWTH_SEEN: f32 = 0.2;
 const GROWTH_DENSE: f32 = 0.45;
 const SMALLEST_RADIUS: f32 = 0.7;
+const RIM_RADIUS: f32 = 0.6;
+const LEAST_RADIUS: f32 = 0.25;
+const DENSE_RADIUS: f32 = 0.5;
 const HEIGHT_JITTER: f32 = 0.7;
 const BASE_LIFT: f32 = 0.75;
 
@@ -54,8 +57,7 @@ pub mod coverage_noise {
                 clouds.seed = hash(i);
                 let place = Vec2::new(unit_float(hash(!i)), unit_float(hash(i ^ 0x5bd1_e995)));
                 for octave in 0..octaves as usize {
-                    clouds.evolution[octave][0] =
-                        unit_float(hash_combine(i, 77 + octave as u32));
+                    clouds.evolution[octave][0] = unit_float(hash_combine(i, 77 + octave as u32));
                 }
                 at(&clouds, IVec2::ZERO, place * (1_i32 << clouds.largest_shift) as f32)
             })
@@ -100,10 +102,10 @@ pub fn candidate(
     let jitter = Vec3::new(unit_float(id), unit_float(h1), unit_float(h2));
     let jitter_flat = Vec2::new(jitter.x, jitter.z);
 
-    let horizontal = Vec2::from(ring.corner) + (cell_in_ring.as_vec2() + jitter_flat) * ring.cell_size;
+    let horizontal =
+        Vec2::from(ring.corner) + (cell_in_ring.as_vec2() + jitter_flat) * ring.cell_size;
     let distance = horizontal.length();
-    let weight =
-        smoothstep(ring.fade_in, distance) * (1.0 - smoothstep(ring.fade_out, distance));
+    let weight = smoothstep(ring.fade_in, distance) * (1.0 - smoothstep(ring.fade_out, distance));
     if weight <= 0.0 {
         return None;
     }
@@ -111,7 +113,7 @@ pub fn candidate(
     let place = IVec2::new(cell.x.wrapping_mul(scale), cell.y.wrapping_mul(scale));
     let noise = coverage_noise::at(clouds, place, jitter_flat * scale as f32);
     let excess = ((noise - clouds.threshold) * clouds.inverse_range).clamp(0.0, 1.0);
-    let height = clouds.thickness * (excess * (2.0 - excess)).sqrt();
+    let height = clouds.thickness * excess * (2.0 - excess);
     let altitude = (layer as f32 + 0.5 + HEIGHT_JITTER * (jitter.y - 0.5)) * ring.layer_height;
     let growth = ((height - altitude) / ring.layer_height + 0.5).clamp(0.0, 1.0);
     if growth <= GROWTH_SEEN {
@@ -119,21 +121,22 @@ pub fn candidate(
     }
     let largest = clouds.particle_size * ring.cell_size;
     let size = SMALLEST_RADIUS + (1.0 - SMALLEST_RADIUS) * unit_float(h3);
-    let radius = largest * size * growth.sqrt();
+    let radius = (largest * size * growth.sqrt()).min(RIM_RADIUS * height);
+    if radius < LEAST_RADIUS * largest {
+        return None;
+    }
     let shape = clouds.shape_list[(h4 % clouds.shapes.max(1)) as usize];
-    let extinction =
-        clouds.extinction * weight * smoothstep([GROWTH_SEEN, GROWTH_DENSE], growth);
+    let extinction = clouds.extinction
+        * weight
+        * smoothstep([GROWTH_SEEN, GROWTH_DENSE], growth)
+        * smoothstep([LEAST_RADIUS * largest, DENSE_RADIUS * largest], radius);
     let turn = Vec3::new(
         unit_float(hash(h4)),
         unit_float(hash(h4 ^ 0x68bc_21eb)),
         unit_float(hash(h4 ^ 0x02e5_be93)),
     );
     Some(Particle {
-        centre: [
-            horizontal.x,
-            clouds.base + altitude.max(BASE_LIFT * radius),
-            horizontal.y,
-        ],
+        centre: [horizontal.x, clouds.base + altitude.max(BASE_LIFT * radius), horizontal.y],
         radius,
         orientation: uniform_rotation(turn).to_array(),
         extinction,

@@ -1,0 +1,104 @@
+//! What light meets: a medium described by pieces of a ray with an upper bound of the extinction
+//! on each. Delta tracking (Woodcock 1965) and ratio tracking (Novak, Selle and Jarosz 2014) on
+//! these pieces are unbiased whatever the bounds are.
+
+use std::ops::ControlFlow;
+
+use glam::DVec3;
+
+use super::random::Random;
+
+/// A ray: points `origin + t * dir`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// m.
+    pub origin: DVec3,
+    /// Unit vector.
+    pub dir: DVec3,
+}
+
+impl Ray {
+    /// The point at a distance, m.
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.dir * t
+    }
+}
+
+/// A piece of a ray on which the extinction nowhere passes `majorant`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// m along the ray.
+    pub begin: f64,
+    /// m along the ray.
+    pub end: f64,
+    /// 1/m; above 0.
+    pub majorant: f64,
+    /// Where the medium finds what the piece holds.
+    pub cell: usize,
+}
+
+/// A scattering medium.
+pub trait Medium: Sync {
+    /// Hands the pieces of a ray from 0 to `limit` (m) that are not empty to `visit`, in order,
+    /// until it breaks.
+    fn pieces(&self, ray: &Ray, limit: f64, visit: &mut impl FnMut(Piece) -> ControlFlow<()>);
+
+    /// Extinction at a point of a piece, 1/m; in 0..=majorant.
+    fn extinction(&self, cell: usize, point: DVec3) -> f64;
+}
+
+/// Distance to the first collision before `limit`, by delta tracking.
+pub fn first_collision(
+    medium: &impl Medium,
+    ray: &Ray,
+    limit: f64,
+    random: &mut Random,
+) -> Option<f64> {
+    let mut found = None;
+    medium.pieces(ray, limit, &mut |piece| {
+        let mut t = piece.begin;
+        loop {
+            t += random.exponential() / piece.majorant;
+            if t >= piece.end {
+                return ControlFlow::Continue(());
+            }
+            let extinction = medium.extinction(piece.cell, ray.at(t));
+            if random.unit() * piece.majorant < extinction {
+                found = Some(t);
+                return ControlFlow::Break(());
+            }
+        }
+    });
+    found
+}
+
+/// Below this transmittance an estimate plays Russian roulette: most of what follows would cost as
+/// much as bright light and add next to nothing.
+const ROULETTE_BELOW: f64 = 0.1;
+/// Its chance to go on.
+const ROULETTE_SURVIVAL: f64 = 0.25;
+
+/// Unbiased estimate of the transmittance up to `limit`, by ratio tracking with roulette.
+pub fn transmittance(medium: &impl Medium, ray: &Ray, limit: f64, random: &mut Random) -> f64 {
+    let mut estimate = 1.0;
+    medium.pieces(ray, limit, &mut |piece| {
+        let mut t = piece.begin;
+        loop {
+            t += random.exponential() / piece.majorant;
+            if t >= piece.end {
+                return ControlFlow::Continue(());
+            }
+            estimate *= 1.0 - medium.extinction(piece.cell, ray.at(t)) / piece.majorant;
+            if estimate < ROULETTE_BELOW {
+                if random.unit() >= ROULETTE_SURVIVAL {
+                    estimate = 0.0;
+                }
+                if estimate <= 0.0 {
+                    return ControlFlow::Break(());
+                }
+                estimate /= ROULETTE_SURVIVAL;
+            }
+        }
+    });
+    estimate
+}

@@ -1,0 +1,136 @@
+//! Surroundings without air: the same radiance from everywhere, a sun, perhaps a ground.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::geometry::Ray;
+use super::random::Random;
+use super::transport::{Surroundings, cone_direction};
+
+/// Radius of the planet, m; as in the frame's sky.
+const PLANET_RADIUS: f64 = 6_360_000.0;
+
+/// The sun as a disc of even radiance.
+#[derive(Clone, Copy, Debug)]
+pub struct SunDisc {
+    /// Towards its middle, unit vector.
+    pub towards: DVec3,
+    /// On a surface that faces it.
+    pub irradiance: DVec3,
+    /// 1 - cosine of half its angular diameter.
+    pub one_minus_cos: f64,
+}
+
+impl SunDisc {
+    /// A sun of this angular diameter, rad.
+    pub fn new(towards: DVec3, irradiance: DVec3, angular_diameter: f64) -> Self {
+        // 1 - cos a = 2 sin^2(a / 2) keeps its digits.
+        Self { towards, irradiance, one_minus_cos: 2.0 * (0.25 * angular_diameter).sin().powi(2) }
+    }
+
+    /// Radiance of the disc in a direction.
+    pub fn radiance(&self, dir: DVec3) -> DVec3 {
+        let solid_angle = 2.0 * PI * self.one_minus_cos;
+        let away = 0.5 * (dir - self.towards).length_squared();
+        if solid_angle > 0.0 && away <= self.one_minus_cos {
+            self.irradiance / solid_angle
+        } else {
+            DVec3::ZERO
+        }
+    }
+
+    /// A direction towards a random point of the disc.
+    pub fn sample(&self, random: &mut Random) -> DVec3 {
+        cone_direction(self.towards, self.one_minus_cos, random)
+    }
+}
+
+/// A uniform sky.
+#[derive(Clone, Copy, Debug)]
+pub struct UniformSky {
+    /// From all directions.
+    pub radiance: DVec3,
+    /// The sun; none where its irradiance is 0.
+    pub sun: Option<SunDisc>,
+    /// Albedo of the ground, where there is one.
+    pub ground: Option<DVec3>,
+}
+
+/// Distance along a ray to a planet whose surface is altitude 0, m.
+pub fn distance_to_ground(ray: &Ray) -> Option<f64> {
+    // |origin + t dir - centre|^2 = R^2 with the centre at -R: t^2 + 2 b t + c = 0. Written with
+    // the altitude, c does not cancel.
+    let o = ray.origin;
+    let b = ray.dir.dot(o) + PLANET_RADIUS * ray.dir.y;
+    let c = o.length_squared() + 2.0 * PLANET_RADIUS * o.y;
+    let discriminant = b * b - c;
+    if c < 0.0 || b >= 0.0 || discriminant <= 0.0 {
+        return None;
+    }
+    Some(c / (-b + discriminant.sqrt()))
+}
+
+/// Upwards at a point of the planet.
+pub fn ground_normal(point: DVec3) -> DVec3 {
+    (point + DVec3::Y * PLANET_RADIUS).normalize()
+}
+
+impl Surroundings for UniformSky {
+    fn sky(&self, _ray: &Ray) -> DVec3 {
+        self.radiance
+    }
+
+    fn disc(&self, ray: &Ray) -> DVec3 {
+        self.sun.map_or(DVec3::ZERO, |sun| sun.radiance(ray.dir))
+    }
+
+    fn sun(&self, _point: DVec3, random: &mut Random) -> Option<(DVec3, DVec3)> {
+        self.sun.map(|sun| (sun.sample(random), sun.irradiance))
+    }
+
+    fn ground(&self, ray: &Ray) -> Option<f64> {
+        self.ground.and_then(|_| distance_to_ground(ray))
+    }
+
+    fn ground_at(&self, point: DVec3) -> (DVec3, DVec3) {
+        (self.ground.unwrap_or(DVec3::ZERO), ground_normal(point))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ground_is_where_it_should_be() {
+        for altitude in [1e-3, 2.0, 1000.0, 1e7] {
+            let origin = DVec3::new(0.0, altitude, 0.0);
+            let down = distance_to_ground(&Ray { origin, dir: DVec3::NEG_Y }).expect("below");
+            assert!((down / altitude - 1.0).abs() < 1e-12, "{altitude}: {down}");
+            assert_eq!(distance_to_ground(&Ray { origin, dir: DVec3::X }), None);
+            let horizon = -(2.0 * altitude / PLANET_RADIUS).sqrt().min(1.0);
+            for over in [0.98, 1.02] {
+                let y = (horizon * over).max(-1.0);
+                let dir = DVec3::new((1.0 - y * y).max(0.0).sqrt(), y, 0.0).normalize();
+                // The dip of the horizon is sqrt(2 h / R) to first order in h / R.
+                if altitude < 1e4 {
+                    assert_eq!(distance_to_ground(&Ray { origin, dir }).is_some(), over > 1.0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_disc_holds_the_irradiance() {
+        let sun = SunDisc::new(DVec3::Y, DVec3::splat(2.0), 0.01);
+        let solid_angle = 2.0 * PI * (1.0 - 0.005f64.cos());
+        // 1 - cos in f64 has ten digits here.
+        assert!((sun.radiance(DVec3::Y).x * solid_angle - 2.0).abs() < 1e-9);
+        assert_eq!(sun.radiance(DVec3::new(0.0051, 1.0, 0.0).normalize()), DVec3::ZERO);
+        let mut random = Random::new(0, 0, 0);
+        for _ in 0..1000 {
+            assert!(sun.radiance(sun.sample(&mut random)) != DVec3::ZERO);
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The path tracer in a furnace: uniform light from all sides and albedo 1 make every cloud
+//! invisible, whatever its optical depth, phase function or overlap. And how fast it is.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use cumuli::medium::{Phase, Shape};
+use cumuli::reference::{Film, Matter, ParticleGrid, Random, SunDisc, UniformSky, WorldParticle};
+use cumuli::scene::Camera;
+use glam::{DQuat, DVec3};
+
+/// Overlapping spheres in a ball of 500 m.
+fn clump(count: usize, shape: &str, extinction: f64) -> ParticleGrid {
+    let shape = Arc::new(Shape::new(shape.parse().expect("a shape")));
+    let mut random = Random::new(7, 0, 0);
+    let mut particles = Vec::new();
+    while particles.len() < count {
+        let place = DVec3::new(random.unit(), random.unit(), random.unit()) * 2.0 - 1.0;
+        if place.length() < 1.0 {
+            particles.push(WorldParticle {
+                centre: place * 500.0,
+                radius: 80.0 + 80.0 * random.unit(),
+                extinction,
+                to_own: DQuat::from_rotation_y(random.unit() * 6.0),
+                shape: shape.clone(),
+            });
+        }
+    }
+    ParticleGrid::new(particles)
+}
+
+fn camera() -> Camera {
+    Camera {
+        position: DVec3::new(0.0, 0.0, 1500.0),
+        target: DVec3::ZERO,
+        up: DVec3::Y,
+        fov_x: 40.0,
+    }
+}
+
+#[test]
+fn clouds_vanish_in_a_furnace() {
+    for (shape, phase) in
+        [("uniform", "hg:0.85"), ("soft-1", "hg:0"), ("pyroclastic-2", "mie:20um")]
+    {
+        let medium = clump(60, shape, 0.03);
+        let phase: Phase = phase.parse().expect("a phase function");
+        let matter = Matter { phase: phase.prepare(), albedo: 1.0 };
+        let sky = UniformSky { radiance: DVec3::new(1.0, 0.5, 0.25), sun: None, ground: None };
+        let mut film = Film::new([24, 16]);
+        film.expose(&medium, &sky, &matter, &camera(), 1, 4);
+        for pixel in 0..film.pixels.len() {
+            let [red, green, ..] = film.estimates(pixel);
+            // Every path of albedo 1 brings the sky's radiance home: no noise at all.
+            assert!((red.value - 1.0).abs() < 1e-12 && (green.value - 0.5).abs() < 1e-12);
+        }
+        let covered = (0..film.pixels.len()).filter(|&i| film.estimates(i)[3].value < 0.5).count();
+        assert!(covered > 50, "{shape}: the clump covers {covered} pixels, so it was met");
+    }
+}
+
+#[test]
+#[ignore = "measures speed"]
+fn paths_a_second() {
+    let medium = clump(200, "uniform", 0.012);
+    let phase: Phase = "hg:0.85".parse().expect("a phase function");
+    let matter = Matter { phase: phase.prepare(), albedo: 1.0 };
+    let sun = SunDisc::new(DVec3::new(0.6, 0.8, 0.0), DVec3::ONE, 0.009);
+    let sky = UniformSky { radiance: DVec3::splat(0.03), sun: Some(sun), ground: None };
+    let mut film = Film::new([64, 64]);
+    let start = Instant::now();
+    film.expose(&medium, &sky, &matter, &camera(), 1, 16);
+    let paths = 64.0 * 64.0 * 16.0;
+    println!("{:.0} paths a second, mean {}", paths / start.elapsed().as_secs_f64(), film.mean());
+}
