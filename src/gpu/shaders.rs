@@ -29,6 +29,8 @@ const MODULES: &[(&str, &str)] = shader_files![
     "tables/optical_depth.wgsl",
     "tables/scattering.wgsl",
     "shared/light_lists.wgsl",
+    "shared/atmosphere.wgsl",
+    "shared/sky_march.wgsl",
     "shared/sky.wgsl",
 ];
 

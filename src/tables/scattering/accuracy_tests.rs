@@ -48,7 +48,7 @@ fn ray(table: &ScatteringTable, number: u64) -> Geometry {
     Geometry {
         incidence: (1.0 - across * across).sqrt(),
         azimuth: std::f64::consts::PI * share(3.0),
-        view_sun: if number % 2 == 0 { even } else { table.map.angle(share(2.0)) },
+        view_sun: if number.is_multiple_of(2) { even } else { table.map.angle(share(2.0)) },
     }
 }
 
