@@ -5,7 +5,6 @@
 
 mod bake;
 mod info;
-mod progress;
 
 use std::io::Write;
 use std::process::ExitCode;

@@ -2,6 +2,8 @@
 // told in src/tables/optical_depth/. Twins: mapping.rs and lookup.rs there.
 #define_import_path cumuli::optical_depth
 
+#import cumuli::table_sampler::table_sampler
+
 // Shapes other than the uniform one stand in one 3D texture: along x the first axis of the place
 // on the disc, one tile for each node of the second axis of the direction; along y the second axis
 // of the place, one tile for each shape; along z the first axis of the direction.
@@ -19,7 +21,6 @@ struct ChordProfile {
 }
 
 @group(1) @binding(0) var optical_depth_texture: texture_3d<f32>;
-@group(1) @binding(2) var table_sampler: sampler;
 @group(1) @binding(3) var<uniform> optical_depth_params: OpticalDepthParams;
 
 // Radii; a shorter chord has no direction in f32.

@@ -3,6 +3,7 @@
 #define_import_path cumuli::scattering
 
 #import cumuli::numerics::opacity
+#import cumuli::table_sampler::table_sampler
 
 // Until the tables are bound by the frame a stand-in answers; the defining constant goes with it.
 #ifndef SCATTERING_TABLE
@@ -24,7 +25,6 @@ struct ScatteringParams {
 }
 
 @group(1) @binding(1) var scattering_table: texture_3d<f32>;
-@group(1) @binding(2) var table_sampler: sampler;
 @group(1) @binding(4) var<uniform> scattering_params: ScatteringParams;
 
 // Below this product of sines the azimuth has no effect.

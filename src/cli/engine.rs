@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::progress::StageBar;
 use super::render::Job;
 use crate::error::Result;
 use crate::frame::{Picture, Renderer};
@@ -14,6 +15,8 @@ pub(super) fn renderer(
     tables: Option<&Path>,
 ) -> Result<impl FnMut(f64) -> Result<Picture>> {
     let tables = tables_of(tables)?;
+    let medium = &job.scene.medium;
+    let tables = tables.with_scattering_for(&medium.phase, medium.albedo, &StageBar::new())?;
     job.scene.check_shapes(&job.place, &tables.shape_names().collect::<Vec<_>>())?;
     let gpu = Gpu::headless()?;
     let mut renderer = Renderer::new(&gpu, &tables, &job.scene, &job.settings)?;

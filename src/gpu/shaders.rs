@@ -26,6 +26,7 @@ const MODULES: &[(&str, &str)] = shader_files![
     "shared/shadow_maps.wgsl",
     "shared/lighting.wgsl",
     "medium/phase.wgsl",
+    "tables/sampler.wgsl",
     "tables/optical_depth.wgsl",
     "tables/scattering.wgsl",
     "shared/light_lists.wgsl",

@@ -5,12 +5,15 @@ use serde::{Deserialize, Serialize};
 use super::TableSet;
 use super::fingerprint::Fingerprint;
 use super::optical_depth::{OpticalDepthErrors, OpticalDepthOptions, encoding, mapping};
+use super::scattering::{ScatteringReport, ScatteringTable};
 use crate::error::{Error, Result};
-use crate::medium::ShapeSpec;
 use crate::medium::shape::FORMULA_VERSION;
+use crate::medium::{Phase, ShapeSpec};
 
 /// Version of the layout of table files. A file of another version is refused.
 pub const FORMAT: u32 = 1;
+/// Version of the scattering solver and of the meaning of its values. Tables of another are refused.
+pub const SCATTERING_VERSION: u32 = 1;
 /// The program that computes tables.
 const GENERATOR: &str = concat!("cumuli precompute ", env!("CARGO_PKG_VERSION"));
 
@@ -24,6 +27,8 @@ pub struct Description {
     pub generator: String,
     /// The optical depth tables.
     pub optical_depth: OpticalDepthDescription,
+    /// The scattering tables.
+    pub scattering: ScatteringDescription,
     /// Fingerprint of all parameters, hexadecimal: equal where the same tables were asked for.
     pub parameters: String,
     /// Fingerprint of all values, hexadecimal; empty until the file is written.
@@ -58,6 +63,32 @@ pub struct ShapeDescription {
     pub errors: OpticalDepthErrors,
 }
 
+/// The scattering tables of a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScatteringDescription {
+    /// [`SCATTERING_VERSION`].
+    pub version: u32,
+    /// The media.
+    pub media: Vec<MediumDescription>,
+}
+
+/// The scattering table of one medium.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MediumDescription {
+    /// Phase function, as scenes say it.
+    pub phase: Phase,
+    /// Single-scattering albedo.
+    pub albedo: f64,
+    /// Nodes: optical radius, cosine of incidence, azimuth, view-sun angle.
+    pub resolution: [usize; 4],
+    /// Least and greatest optical radius.
+    pub optical_radius: [f64; 2],
+    /// What the bake measured.
+    pub report: ScatteringReport,
+}
+
 impl Description {
     pub(super) fn of(tables: &TableSet) -> Self {
         let shapes = tables.optical_depth().iter().map(|table| ShapeDescription {
@@ -74,6 +105,10 @@ impl Description {
                 formula: FORMULA_VERSION,
                 options: *tables.optical_depth_options(),
                 shapes: shapes.collect(),
+            },
+            scattering: ScatteringDescription {
+                version: SCATTERING_VERSION,
+                media: tables.scattering().iter().map(MediumDescription::of).collect(),
             },
             parameters: String::new(),
             values: String::new(),
@@ -94,6 +129,10 @@ impl Description {
         for shape in &depth.shapes {
             hash.add(shape.shape.to_string().as_bytes());
         }
+        hash.add(self.scattering.version.to_string().as_bytes());
+        for medium in &self.scattering.media {
+            hash.add(medium.parameters().as_bytes());
+        }
         hash.to_string()
     }
 
@@ -113,6 +152,25 @@ impl Description {
         expect("optical_depth.mapping", mapping::NAME, &depth.mapping)?;
         expect("optical_depth.encoding", encoding::NAME, &depth.encoding)?;
         expect("optical_depth.formula", &FORMULA_VERSION.to_string(), &depth.formula.to_string())?;
+        let version = (SCATTERING_VERSION.to_string(), self.scattering.version.to_string());
+        expect("scattering.version", &version.0, &version.1)?;
         expect("parameters", &self.parameter_hash(), &self.parameters)
+    }
+}
+
+impl MediumDescription {
+    fn of(table: &ScatteringTable) -> Self {
+        Self {
+            phase: *table.phase(),
+            albedo: table.albedo(),
+            resolution: table.resolution(),
+            optical_radius: table.optical_radius_range(),
+            report: table.report().clone(),
+        }
+    }
+
+    /// What was asked for.
+    fn parameters(&self) -> String {
+        format!("{} {} {:?} {:?}", self.phase, self.albedo, self.resolution, self.optical_radius)
     }
 }

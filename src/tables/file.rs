@@ -5,6 +5,8 @@
 //!
 //! - `optical_depth.NAME`, u32, `[direction v, direction u, disc v, disc u]`: texels of
 //!   `optical_depth::encoding` at the places of `optical_depth::mapping`.
+//! - `scattering.PHASE@ALBEDO`, f16, `[optical radius, incidence, azimuth, view-sun angle, 2]`:
+//!   the values of `scattering`.
 //!
 //! Nothing is believed before it is checked: sizes against the file, names and shapes against the
 //! description, values against their ranges and their fingerprint.
@@ -20,7 +22,9 @@ use super::TableSet;
 use super::description::{Description, FORMAT};
 use super::fingerprint::Fingerprint;
 use super::optical_depth::{Grid, OpticalDepthTable};
+use super::scattering::{self, ScatteringTable};
 use crate::error::{Error, Result};
+use crate::medium::{Phase, ShapeSpec};
 
 /// Name of the metadata entry.
 const ENTRY: &str = "cumuli";
@@ -32,6 +36,8 @@ const MOST_HEADER_BYTES: u64 = 4 << 20;
 const LENGTH_BYTES: usize = 8;
 /// Bytes of a value of an optical depth table.
 const TEXEL_BYTES: usize = 4;
+/// Bytes of a value of a scattering table.
+const HALF_BYTES: usize = 2;
 
 /// Reads a file after a look at its size.
 pub(super) fn bytes_of(path: &Path) -> Result<Vec<u8>> {
@@ -60,7 +66,14 @@ pub(super) fn write(tables: &TableSet) -> Result<Vec<u8>> {
         let mut shape = table.grid().nodes;
         shape.reverse();
         let bytes: Vec<u8> = table.texels().iter().flat_map(|t| t.to_le_bytes()).collect();
-        tensors.push((tensor_name(table), Dtype::U32, shape.to_vec(), bytes));
+        tensors.push((shape_name(table.spec()), Dtype::U32, shape.to_vec(), bytes));
+    }
+    for table in tables.scattering() {
+        let [radii, incidences, azimuths, angles] = table.resolution();
+        let shape = vec![radii, incidences, azimuths, angles, scattering::CHANNELS];
+        let bytes: Vec<u8> = table.values().iter().flat_map(|v| v.to_le_bytes()).collect();
+        let name = scattering_name(table.phase(), table.albedo());
+        tensors.push((name, Dtype::F16, shape, bytes));
     }
     let mut values = Fingerprint::default();
     let mut views = Vec::new();
@@ -99,42 +112,67 @@ pub(super) fn read(bytes: &[u8], place: &str) -> Result<TableSet> {
     let tensors = SafeTensors::deserialize(bytes)
         .map_err(|e| Error::input(place, format!("the safetensors file is damaged: {e}")))?;
     let mut values = Fingerprint::default();
-    let mut optical_depth = Vec::new();
     let depth = &description.optical_depth;
+    let mut optical_depth = Vec::with_capacity(depth.shapes.len());
     for entry in &depth.shapes {
-        let name = format!("optical_depth.{}", entry.shape);
+        let name = shape_name(entry.shape);
         let field = |message: String| Error::input(format!("{place}: {name}"), message);
-        let tensor =
-            tensors.tensor(&name).map_err(|_| field("the tensor is missing".to_owned()))?;
         let (n, m) = (depth.options.disc, depth.options.direction);
-        let expected = [m, m, n, n];
-        if tensor.dtype() != Dtype::U32 || tensor.shape() != expected {
-            return Err(field(format!(
-                "expected u32 {expected:?}, found {:?} {:?}",
-                tensor.dtype(),
-                tensor.shape()
-            )));
-        }
-        values.add(tensor.data());
-        let (texels, _) = tensor.data().as_chunks::<TEXEL_BYTES>();
+        let data = tensor(&tensors, &name, Dtype::U32, &[m, m, n, n]).map_err(field)?;
+        values.add(data);
+        let (texels, _) = data.as_chunks::<TEXEL_BYTES>();
         let texels = texels.iter().map(|t| u32::from_le_bytes(*t)).collect();
-        let grid = Grid { nodes: [n, n, m, m] };
-        let table = OpticalDepthTable::from_parts(
-            entry.shape,
-            entry.mean_density,
-            grid,
-            texels,
-            entry.errors.clone(),
-        );
-        optical_depth.push(table.map_err(|e| field(e.to_string()))?);
+        let (grid, errors) = (Grid { nodes: [n, n, m, m] }, entry.errors.clone());
+        let mean_density = entry.mean_density;
+        let table = OpticalDepthTable::from_parts(entry.shape, mean_density, grid, texels, errors);
+        optical_depth.push(table.map_err(|e| Error::input(place, e.to_string()))?);
     }
-    if tensors.len() != optical_depth.len() {
+    let mut scattering = Vec::with_capacity(description.scattering.media.len());
+    for medium in description.scattering.media {
+        let name = scattering_name(&medium.phase, medium.albedo);
+        let field = |message: String| Error::input(format!("{place}: {name}"), message);
+        let [a, b, c, d] = medium.resolution;
+        let shape = [a, b, c, d, scattering::CHANNELS];
+        let data = tensor(&tensors, &name, Dtype::F16, &shape).map_err(field)?;
+        values.add(data);
+        let (halves, _) = data.as_chunks::<HALF_BYTES>();
+        let halves = halves.iter().map(|h| half::f16::from_le_bytes(*h)).collect();
+        let table = ScatteringTable::from_parts(
+            medium.phase,
+            medium.albedo,
+            medium.resolution,
+            medium.optical_radius,
+            halves,
+            medium.report,
+        );
+        scattering.push(table.map_err(|e| Error::input(place, e.to_string()))?);
+    }
+    if tensors.len() != optical_depth.len() + scattering.len() {
         return refuse("there are tensors that the description does not name");
     }
     if values.to_string() != description.values {
         return refuse("the values are damaged: their fingerprint differs from the recorded one");
     }
-    TableSet::new(optical_depth, depth.options).map_err(|e| Error::input(place, e.to_string()))
+    TableSet::new(optical_depth, depth.options, scattering)
+        .map_err(|e| Error::input(place, e.to_string()))
+}
+
+/// The bytes of a tensor of this type and shape.
+fn tensor<'a>(
+    tensors: &SafeTensors<'a>,
+    name: &str,
+    dtype: Dtype,
+    shape: &[usize],
+) -> std::result::Result<&'a [u8], String> {
+    let tensor = tensors.tensor(name).map_err(|_| "the tensor is missing".to_owned())?;
+    if tensor.dtype() != dtype || tensor.shape() != shape {
+        return Err(format!(
+            "expected {dtype} {shape:?}, found {} {:?}",
+            tensor.dtype(),
+            tensor.shape()
+        ));
+    }
+    Ok(tensor.data())
 }
 
 fn parse(text: &str, place: &str) -> Result<Description> {
@@ -159,6 +197,10 @@ fn parse(text: &str, place: &str) -> Result<Description> {
     Ok(description)
 }
 
-fn tensor_name(table: &OpticalDepthTable) -> String {
-    format!("optical_depth.{}", table.spec())
+fn shape_name(shape: ShapeSpec) -> String {
+    format!("optical_depth.{shape}")
+}
+
+fn scattering_name(phase: &Phase, albedo: f64) -> String {
+    format!("scattering.{phase}@{albedo}")
 }

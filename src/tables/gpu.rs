@@ -37,7 +37,13 @@ pub struct TablesGpu {
 
 impl TablesGpu {
     /// Uploads the tables of all shapes and of one medium.
-    pub fn new(gpu: &Gpu, tables: &TableSet, phase: &Phase, _albedo: f64) -> Result<Self> {
+    pub fn new(gpu: &Gpu, tables: &TableSet, phase: &Phase, albedo: f64) -> Result<Self> {
+        let scattering = tables.scattering_for(phase, albedo).ok_or_else(|| {
+            Error::input(
+                format!("medium {phase}, albedo {albedo}"),
+                format!("expected one that the tables hold: {}", tables.media()),
+            )
+        })?;
         let layout = layout(gpu);
         let (texture, params, bytes) = optical_depth_texture(gpu, tables.optical_depth())?;
         let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
@@ -48,6 +54,9 @@ impl TablesGpu {
         });
         let params = buffers::uniform(gpu, "optical depth", &params);
         let view = texture.create_view(&Default::default());
+        let scattering_params = buffers::uniform(gpu, "scattering", &scattering.params());
+        let scattering_view = scattering.texture(gpu).create_view(&Default::default());
+        let bytes = bytes + size_of_val(scattering.values()) as u64;
         let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("tables"),
             layout: &layout,
@@ -57,10 +66,18 @@ impl TablesGpu {
                     resource: wgpu::BindingResource::TextureView(&view),
                 },
                 wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::TextureView(&scattering_view),
+                },
+                wgpu::BindGroupEntry {
                     binding: 2,
                     resource: wgpu::BindingResource::Sampler(&sampler),
                 },
                 wgpu::BindGroupEntry { binding: 3, resource: params.as_entire_binding() },
+                wgpu::BindGroupEntry {
+                    binding: 4,
+                    resource: scattering_params.as_entire_binding(),
+                },
             ],
         });
         Ok(Self { layout, bind_group, phase: phase.gpu_params(), bytes })
@@ -108,8 +125,10 @@ fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
         label: Some("tables"),
         entries: &[
             entry(0, texture),
+            entry(1, texture),
             entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
             entry(3, uniform),
+            entry(4, uniform),
         ],
     })
 }

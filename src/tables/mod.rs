@@ -1,5 +1,6 @@
 //! Lookup tables: everything about one particle that is expensive, computed once.
 
+mod cache;
 mod defaults;
 pub mod description;
 mod file;
@@ -11,7 +12,8 @@ pub mod scattering;
 mod set;
 mod summary;
 
-pub use defaults::default_shapes;
+pub use defaults::{default_media, default_shapes};
 pub use gpu::{OpticalDepthParams, TablesGpu};
 pub use progress::{Progress, Silent};
-pub use set::TableSet;
+pub use scattering::{ScatteringOptions, ScatteringTable};
+pub use set::{BakeOptions, TableSet};

@@ -1,6 +1,7 @@
 //! What is in a set of tables, in lines for people.
 
 use super::TableSet;
+use super::scattering::RadiusReport;
 
 /// Bytes of a value of an optical depth table.
 const TEXEL_BYTES: usize = 4;
@@ -43,8 +44,31 @@ impl TableSet {
                 ));
             }
         }
+        for (table, medium) in self.scattering().iter().zip(&description.scattering.media) {
+            let [radii, incidences, azimuths, angles] = medium.resolution;
+            let [least, most] = medium.optical_radius;
+            lines.push(format!(
+                "scattering: {}, albedo {}; {radii} optical radii {least} to {most} x {incidences} \
+                 incidences x {azimuths} azimuths x {angles} view-sun angles, {:.2} MiB",
+                medium.phase,
+                medium.albedo,
+                mib(size_of_val(table.values())),
+            ));
+            lines.extend(medium.report.radii.iter().map(radius_line));
+        }
         lines
     }
+}
+
+fn radius_line(radius: &RadiusReport) -> String {
+    let energy = radius.conservation.map_or(String::new(), |[low, high]| {
+        format!(", energy out over energy in {low:.4} to {high:.4} before it was balanced")
+    });
+    format!(
+        "  optical radius {:8.3}: {} photons, {:.2} scatterings each, {:.1e} of all beyond the \
+         64th{energy}",
+        radius.optical_radius, radius.photons, radius.mean_orders, radius.beyond_64
+    )
 }
 
 fn mib(bytes: usize) -> f64 {
