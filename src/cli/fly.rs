@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::args::{self, Size};
+use super::progress::StageBar;
 use super::{engine, render};
 use crate::error::Result;
 use crate::frame::Preset;
@@ -41,6 +42,8 @@ impl Default for FlyArgs {
 pub(super) fn run(args: &FlyArgs) -> Result<()> {
     let (scene, place) = render::load_scene(args.scene.as_deref())?;
     let tables = engine::tables_of(args.tables.as_deref())?;
+    let medium = &scene.medium;
+    let tables = tables.with_scattering_for(&medium.phase, medium.albedo, &StageBar::new())?;
     scene.check_shapes(&place, &tables.shape_names().collect::<Vec<_>>())?;
     window::run(WindowOptions {
         scene,
