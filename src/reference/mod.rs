@@ -10,6 +10,7 @@ mod slab;
 mod statistics;
 mod transport;
 mod uniform_sky;
+mod world;
 
 pub use fluxes::{SlabFluxes, slab_fluxes};
 pub use geometry::{Medium, Piece, Ray, first_collision, transmittance};
@@ -22,3 +23,4 @@ pub use transport::{
     Flight, Matter, Seen, Surroundings, cone_direction, fly, look, radiance, scatter, turned,
 };
 pub use uniform_sky::{SunDisc, UniformSky, distance_to_ground, ground_normal};
+pub use world::World;
