@@ -1,2 +1,54 @@
-//! Precompute.
-fn main() {}
+//! Computes Cumuli's lookup tables, and shows what is in a file of them.
+//!
+//! Bad input ends with one sentence on standard error and exit code 2. What a command tells goes
+//! to standard output, progress to standard error.
+
+mod bake;
+mod info;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use cumuli::{Error, Result};
+
+/// Computes and shows Cumuli's lookup tables.
+#[derive(Debug, Parser)]
+#[command(name = "precompute", version, about)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Compute tables and write them to a file; without options, the tables built into cumuli
+    Bake(bake::BakeArgs),
+    /// Show what is in a table file: shapes, parameters, bytes, measured errors
+    Info(info::InfoArgs),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Bake(args) => bake::run(&args),
+        Command::Info(args) => info::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // Nowhere is left to report a closed standard error.
+            let _ = writeln!(std::io::stderr(), "precompute: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// A line to standard output. A reader that has gone away, as `head` does, is no error.
+fn print(line: &str) -> Result<()> {
+    match writeln!(std::io::stdout(), "{line}") {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::io(std::path::Path::new("standard output"), "write", e))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,10 +1,161 @@
+// The sky for the other passes: what is seen where there is nothing, the air before what there is,
+// and the light that both give. Radiance per unit of whatever the sun's irradiance is given in.
+// Reads group 2. Twin: src/frame/cpu/sky.rs.
 #define_import_path cumuli::sky
-struct Air { inscatter: vec3<f32>, transmittance: vec3<f32> }
-fn sky_radiance(d: vec3<f32>) -> vec3<f32> { return mix(vec3(0.09,0.1,0.11), vec3(0.02,0.04,0.09), saturate(d.y)); }
-fn sun_disc_radiance(d: vec3<f32>) -> vec3<f32> { return vec3(0.0); }
-fn sun_irradiance_at(a: f32) -> vec3<f32> { return vec3(0.9,0.85,0.8); }
-fn sky_ambient_above(a: f32) -> vec3<f32> { return vec3(0.04,0.055,0.08); }
-fn sky_ambient_below(a: f32) -> vec3<f32> { return vec3(0.03,0.035,0.03); }
-fn air_between(d: vec3<f32>, s: f32) -> Air { var a: Air; let t = exp(-s/30000.0); a.transmittance=vec3(t); a.inscatter=(1.0-t)*vec3(0.08,0.09,0.11); return a; }
-fn ground_distance(d: vec3<f32>) -> f32 { return select(-1.0, -30.0/d.y, d.y < -0.0005); }
-fn ground_radiance(d: vec3<f32>, s: f32, v: f32) -> vec3<f32> { return vec3(0.09,0.11,0.06)*(0.2*v+0.06); }
+
+#import cumuli::atmosphere::{AIR_SIZE, ALTITUDE_SIZE, DEPTH_SIZE, GROUND_SIZE, INFINITELY_FAR, PI, PLANET_RADIUS, SkyUniforms, TABLE_SCALE, TOP_ALTITUDE, VIEW_SIZE, air_place, air_span, altitude_place, depth_place, direction_place, distance_to_ground, ground_reach, sun_place, sun_visible, texel_centre, to_rgb}
+#import cumuli::numerics::opacity
+
+@group(2) @binding(0) var<uniform> sky: SkyUniforms;
+@group(2) @binding(1) var filtering: sampler;
+@group(2) @binding(2) var depths: texture_2d<f32>;
+@group(2) @binding(3) var ground: texture_2d<f32>;
+@group(2) @binding(4) var by_altitude: texture_2d<f32>;
+@group(2) @binding(5) var view: texture_2d<f32>;
+@group(2) @binding(6) var air_sources: texture_3d<f32>;
+@group(2) @binding(7) var air_depths: texture_2d<f32>;
+
+// Air between the camera and a place.
+struct Air {
+    inscatter: vec3<f32>,
+    transmittance: vec3<f32>,
+}
+
+// Angle over the true horizon and cosine of the azimuth from the sun.
+fn sky_direction(dir: vec3<f32>) -> vec2<f32> {
+    let level = dot(dir.xz, dir.xz);
+    let lengths = sqrt(level * dot(sky.sun.xz, sky.sun.xz));
+    let azimuth = clamp(dot(dir.xz, sky.sun.xz) / max(lengths, 1e-12), -1.0, 1.0);
+    return vec2(azimuth, atan2(dir.y, sqrt(level)) + sky.horizon_dip);
+}
+
+// Radiance of the sky without the sun's disc; below the horizon the bare ground through the air.
+fn sky_radiance(dir: vec3<f32>) -> vec3<f32> {
+    if sky.is_uniform != 0u {
+        return vec3(sky.uniform_radiance);
+    }
+    let direction = sky_direction(dir);
+    let place = direction_place(direction.x, direction.y, sky.horizon_dip, VIEW_SIZE);
+    return textureSampleLevel(view, filtering, place, 0.0).rgb * (sky.sun.w / TABLE_SCALE);
+}
+
+// Transmittance of the air from the camera to space.
+fn transmittance_to_space(mu: f32) -> vec3<f32> {
+    var altitude = sky.camera_altitude;
+    var start_mu = mu;
+    if altitude > TOP_ALTITUDE {
+        let span = air_span(altitude, mu);
+        if span.y <= 0.0 {
+            return vec3(1.0);
+        }
+        start_mu = ((PLANET_RADIUS + altitude) * mu + span.x) / (PLANET_RADIUS + TOP_ALTITUDE);
+        altitude = TOP_ALTITUDE;
+    }
+    let place = depth_place(altitude, start_mu);
+    let uv = vec2(texel_centre(place.x, DEPTH_SIZE.x), texel_centre(place.y, DEPTH_SIZE.y));
+    return max(to_rgb(sky, exp(-textureSampleLevel(depths, filtering, uv, 0.0))), vec3(0.0));
+}
+
+// Radiance of the sun's disc: 0 away from it and where the ground is before it. The rim is
+// soft, so that a disc of a few pixels has no steps.
+fn sun_disc_radiance(dir: vec3<f32>) -> vec3<f32> {
+    // Chord of the angle between the two: exact where the angle's cosine is not.
+    let chord = length(dir - sky.sun.xyz);
+    let radius = sky.disc.x;
+    if chord > radius * (1.0 + DISC_RIM) {
+        return vec3(0.0);
+    }
+    let x = chord / radius;
+    let limb = 1.0 - LIMB_DARKENING * (1.0 - sqrt(max(1.0 - x * x, 0.0)));
+    let rim = 1.0 - smoothstep(1.0 - DISC_RIM, 1.0 + DISC_RIM, x);
+    let radiance = vec3(sky.disc.y * sky.sun.w * limb * rim);
+    if sky.is_uniform != 0u {
+        return radiance;
+    }
+    if sky_direction(dir).y < 0.0 {
+        return vec3(0.0);
+    }
+    return radiance * transmittance_to_space(dir.y);
+}
+
+// Half the width of the disc's rim, in radii.
+const DISC_RIM: f32 = 0.3;
+// Linear limb darkening at 0.55 um: Allen, Astrophysical Quantities.
+const LIMB_DARKENING: f32 = 0.6;
+
+fn light_at(altitude: f32, row: f32) -> vec3<f32> {
+    let uv = vec2(texel_centre(altitude_place(altitude), ALTITUDE_SIZE.x), (row + 0.5) / ALTITUDE_SIZE.y);
+    return textureSampleLevel(by_altitude, filtering, uv, 0.0).rgb * (sky.sun.w / TABLE_SCALE);
+}
+
+// Irradiance of the sun on a surface that faces it, after the air.
+fn sun_irradiance_at(altitude: f32) -> vec3<f32> {
+    if sky.is_uniform != 0u {
+        return vec3(sky.sun.w);
+    }
+    return light_at(altitude, 0.0);
+}
+
+// Mean radiance of the upper hemisphere, without the sun's disc.
+fn sky_ambient_above(altitude: f32) -> vec3<f32> {
+    if sky.is_uniform != 0u {
+        return vec3(sky.uniform_radiance);
+    }
+    return light_at(altitude, 1.0);
+}
+
+// Mean radiance of the lower hemisphere: the bare ground and the air before it.
+fn sky_ambient_below(altitude: f32) -> vec3<f32> {
+    if sky.is_uniform != 0u {
+        return vec3(sky.uniform_radiance);
+    }
+    return light_at(altitude, 2.0);
+}
+
+// The air between the camera and a place, up to infinity.
+fn air_between(dir: vec3<f32>, distance: f32) -> Air {
+    var air: Air;
+    air.transmittance = vec3(1.0);
+    if sky.is_uniform != 0u {
+        return air;
+    }
+    let direction = sky_direction(dir);
+    let place = direction_place(direction.x, direction.y, sky.horizon_dip, AIR_SIZE.xy);
+    // Distances count from where the air begins.
+    var before = 0.0;
+    if sky.camera_altitude > TOP_ALTITUDE {
+        before = air_span(sky.camera_altitude, dir.y).x;
+    }
+    var reach = INFINITELY_FAR;
+    if direction.y < 0.0 {
+        reach = ground_reach(sky.camera_altitude, dir.y) - before;
+    }
+    let w = air_place(distance - before, reach);
+    let z = texel_centre(w, AIR_SIZE.z);
+    let depth = w * w * textureSampleLevel(air_depths, filtering, vec2(place.y, z), 0.0).rgb;
+    let source = textureSampleLevel(air_sources, filtering, vec3(place, z), 0.0).rgb * (sky.sun.w / TABLE_SCALE);
+    air.transmittance = exp(-depth);
+    air.inscatter = source * vec3(opacity(depth.r), opacity(depth.g), opacity(depth.b));
+    return air;
+}
+
+// Distance to the ground; -1 where there is none.
+fn ground_distance(dir: vec3<f32>) -> f32 {
+    return distance_to_ground(sky.camera_altitude, dir.y);
+}
+
+// Radiance of the ground at a distance along a direction, before the air in front of it.
+// `sun_visibility` is the share of the sunlight that the clouds let through.
+fn ground_radiance(dir: vec3<f32>, distance: f32, sun_visibility: f32) -> vec3<f32> {
+    let turned = (PLANET_RADIUS + sky.camera_altitude) * sky.sun.y + distance * dot(dir, sky.sun.xyz);
+    let sun_mu = clamp(turned / PLANET_RADIUS, -1.0, 1.0);
+    let reflected = sky.ground_colour.rgb * (sky.sun.w / PI);
+    if sky.is_uniform != 0u {
+        return reflected * max(sun_mu, 0.0) * sun_visibility + sky.ground_colour.rgb * sky.uniform_radiance;
+    }
+    let place = depth_place(0.0, sun_mu);
+    let uv = vec2(texel_centre(place.x, DEPTH_SIZE.x), texel_centre(place.y, DEPTH_SIZE.y));
+    let direct = exp(-textureSampleLevel(depths, filtering, uv, 0.0)) * (sun_visible(0.0, sun_mu) * max(sun_mu, 0.0) * sun_visibility);
+    let diffuse = textureSampleLevel(ground, filtering, vec2(texel_centre(sun_place(sun_mu), GROUND_SIZE), 0.5), 0.0) / TABLE_SCALE;
+    return reflected * max(to_rgb(sky, direct + diffuse), vec3(0.0));
+}

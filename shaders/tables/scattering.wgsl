@@ -1,2 +1,68 @@
+// Light scattered by a uniform sphere in parallel light, from the table.
+// Twin: src/tables/scattering/lookup.rs; coordinates: src/tables/scattering/mapping.rs.
 #define_import_path cumuli::scattering
-fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, r: f32) -> vec2<f32> { let c = 0.5+0.5*dot(entry, sun); return vec2(mix(exp(-2.0*r),1.0,c)/(1.0+0.3*r), 0.08*c*r/(1.0+r)); }
+
+#import cumuli::numerics::opacity
+#import cumuli::table_sampler::table_sampler
+
+struct ScatteringParams {
+    view_nodes: f32,
+    azimuth_nodes: f32,
+    incidence_nodes: f32,
+    radius_nodes: f32,
+    radius_least: f32,
+    radius_scale: f32,
+    lobe_inverse: f32,
+    lobe_factor: f32,
+    even_factor: f32,
+    albedo: f32,
+    padding_a: f32,
+    padding_b: f32,
+}
+
+@group(1) @binding(1) var scattering_table: texture_3d<f32>;
+@group(1) @binding(4) var<uniform> scattering_params: ScatteringParams;
+
+// Below this product of sines the azimuth has no effect.
+const DEGENERATE_SINES: f32 = 1e-6;
+
+// Texture place of a coordinate in 0..1 on an axis whose ends are nodes.
+fn table_place(coordinate: f32, nodes: f32) -> f32 {
+    return (coordinate * (nodes - 1.0) + 0.5) / nodes;
+}
+
+// Source of order 1 without phase function, and of the orders from 2 on with it, both per unit of
+// sun irradiance: radiance divided by the opacity of the chord. Unit vectors: entry into the unit
+// sphere, direction away from the eye, direction towards the sun.
+fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_radius: f32) -> vec2<f32> {
+    let p = scattering_params;
+    let incidence = clamp(-dot(entry, dir), 0.0, 1.0);
+    // From the difference: the cosine loses the digits of small angles.
+    let apart = dir - sun;
+    let half_sine_squared = min(0.25 * dot(apart, apart), 1.0);
+    let half_sine = sqrt(half_sine_squared);
+    let half_cosine = sqrt(1.0 - half_sine_squared);
+    let cosine = 1.0 - 2.0 * half_sine_squared;
+    let scaled = half_sine * p.lobe_inverse;
+    let view_sun = log(scaled + sqrt(scaled * scaled + 1.0)) * p.lobe_factor
+        + (1.0 + half_sine - half_cosine) * p.even_factor;
+
+    let sines = 2.0 * half_sine * half_cosine * sqrt(max(1.0 - incidence * incidence, 0.0));
+    let along = dot(entry, sun) + incidence * cosine;
+    let azimuth_cosine = clamp(along / max(sines, DEGENERATE_SINES), -1.0, 1.0);
+    let azimuth = 0.5 * (1.0 + sqrt(0.5 - 0.5 * azimuth_cosine) - sqrt(0.5 + 0.5 * azimuth_cosine));
+
+    let level = clamp(log(max(optical_radius, p.radius_least) / p.radius_least) * p.radius_scale,
+        0.0, p.radius_nodes - 1.0);
+    let lower = min(floor(level), p.radius_nodes - 2.0);
+    let slices = p.radius_nodes * p.incidence_nodes;
+    let slice = lower * p.incidence_nodes + incidence * (p.incidence_nodes - 1.0) + 0.5;
+    let place = vec3(table_place(view_sun, p.view_nodes), table_place(azimuth, p.azimuth_nodes), slice / slices);
+    let above = vec3(place.xy, (slice + p.incidence_nodes) / slices);
+    let value = mix(
+        textureSampleLevel(scattering_table, table_sampler, place, 0.0).xy,
+        textureSampleLevel(scattering_table, table_sampler, above, 0.0).xy,
+        level - lower,
+    );
+    return vec2(p.albedo * exp(-optical_radius * value.x), opacity(optical_radius) * exp(value.y));
+}

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::progress::StageBar;
 use super::render::Job;
 use crate::error::Result;
 use crate::frame::{Picture, Renderer};
@@ -13,14 +14,22 @@ pub(super) fn renderer(
     job: &Job,
     tables: Option<&Path>,
 ) -> Result<impl FnMut(f64) -> Result<Picture>> {
-    let _ = tables;
-    let tables = TableSet::embedded()?;
+    let tables = tables_of(tables)?;
+    let medium = &job.scene.medium;
+    let tables = tables.with_scattering_for(&medium.phase, medium.albedo, &StageBar::new())?;
+    job.scene.check_shapes(&job.place, &tables.shape_names().collect::<Vec<_>>())?;
     let gpu = Gpu::headless()?;
     let mut renderer = Renderer::new(&gpu, &tables, &job.scene, &job.settings)?;
     let (scene, size) = (job.scene.clone(), job.size);
     Ok(move |time| renderer.render(&scene, time, size))
 }
 
-pub(super) fn tables_summary(_path: Option<&Path>) -> Result<Vec<String>> {
-    Ok(Vec::new())
+/// What the tables of a file, or the built-in ones, hold, in lines for people.
+pub(super) fn tables_summary(path: Option<&Path>) -> Result<Vec<String>> {
+    Ok(tables_of(path)?.summary())
+}
+
+/// The tables of a file, or the built-in ones.
+fn tables_of(path: Option<&Path>) -> Result<TableSet> {
+    path.map_or_else(TableSet::embedded, TableSet::load)
 }

@@ -17,6 +17,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 pub use args::{MAX_SIDE, Size};
 pub use info::InfoArgs;
+pub use progress::StageBar;
 pub use render::{Job, RenderArgs};
 
 use crate::error::{Error, Result};

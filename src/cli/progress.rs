@@ -51,6 +51,57 @@ fn worth_a_line(done: u64, steps: u64) -> bool {
     done == steps || done * LINES / steps.max(1) != (done - 1) * LINES / steps.max(1)
 }
 
+/// Stages of computing tables: a bar for each on a terminal, a line for each in a log.
+pub struct StageBar {
+    bar: ProgressBar,
+    lines: bool,
+}
+
+impl StageBar {
+    /// Draws nothing before the first stage.
+    pub fn new() -> Self {
+        let bar = ProgressBar::new(0);
+        if let Ok(style) =
+            ProgressStyle::with_template("{msg:34} {wide_bar} {percent:>3} %  {eta} left")
+        {
+            bar.set_style(style);
+        }
+        let lines = bar.is_hidden();
+        Self { bar, lines }
+    }
+}
+
+impl Default for StageBar {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Drop for StageBar {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl crate::tables::Progress for StageBar {
+    fn start(&self, total: u64, what: &str) {
+        if self.lines {
+            // Nowhere is left to report a closed standard error.
+            let _ = writeln!(std::io::stderr(), "{what}");
+            return;
+        }
+        self.bar.set_length(total);
+        self.bar.set_position(0);
+        self.bar.reset_eta();
+        self.bar.set_message(what.to_owned());
+        self.bar.enable_steady_tick(Duration::from_millis(250));
+    }
+
+    fn advance(&self, steps: u64) {
+        self.bar.inc(steps);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

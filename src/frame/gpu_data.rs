@@ -23,6 +23,8 @@ macro_rules! gpu_struct {
     };
 }
 
+pub(crate) use gpu_struct;
+
 gpu_struct! {
     /// One spherical particle.
     Particle {

@@ -26,9 +26,12 @@ const MODULES: &[(&str, &str)] = shader_files![
     "shared/shadow_maps.wgsl",
     "shared/lighting.wgsl",
     "medium/phase.wgsl",
+    "tables/sampler.wgsl",
     "tables/optical_depth.wgsl",
     "tables/scattering.wgsl",
     "shared/light_lists.wgsl",
+    "shared/atmosphere.wgsl",
+    "shared/sky_march.wgsl",
     "shared/sky.wgsl",
 ];
 

@@ -71,6 +71,13 @@ fn clouds(field: &CloudField, at: At<'_>) -> Checked {
     at.key("wind").numbers(&field.wind.to_array(), &limits::WIND)?;
     at.key("evolution_time").number(field.evolution_time, &limits::EVOLUTION_TIME)?;
     let shapes = at.key("shapes");
+    if field.shapes.len() > limits::MOST_FIELD_SHAPES {
+        return Err(shapes.fault(format!(
+            "expected at most {} names, found {}",
+            limits::MOST_FIELD_SHAPES,
+            field.shapes.len()
+        )));
+    }
     field.shapes.iter().enumerate().try_for_each(|(i, name)| shape(name, shapes.index(i)))
 }
 

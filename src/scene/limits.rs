@@ -3,6 +3,8 @@
 //! The limits are wide: they keep what is plainly a mistake out, and numbers whose products would
 //! overflow the 32-bit floats of the graphics device (about 3e38).
 
+use crate::frame::gpu_data::FIELD_SLOTS;
+
 /// Numbers that are accepted, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
@@ -57,8 +59,11 @@ pub const TIME: Range = range(-1e10, 1e10, "s");
 
 /// Cells per side of a ring: even, so that the ring inside it takes a square of whole cells.
 pub const CELLS: std::ops::RangeInclusive<u32> = 2..=512;
-/// Number of rings; the cells of the outermost are 2^15 times as wide as the innermost.
-pub const RINGS: std::ops::RangeInclusive<u32> = 1..=16;
+/// Number of rings: what the frame's uniforms have room for; the cells of the outermost are 2^7
+/// times as wide as the innermost.
+pub const RINGS: std::ops::RangeInclusive<u32> = 1..=FIELD_SLOTS as u32;
+/// Shapes that one field can name, for the same reason.
+pub const MOST_FIELD_SHAPES: usize = FIELD_SLOTS;
 /// Particles stacked in a cell.
 pub const LAYERS: std::ops::RangeInclusive<u32> = 1..=64;
 /// Cells of all rings times layers: what a device of 2 GiB holds.

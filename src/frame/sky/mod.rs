@@ -1,18 +1,242 @@
-//! stub
-use crate::{Result, gpu::{Gpu,ShaderLibrary}};
+//! Sky: the Earth's clear atmosphere after Hillaire (2020), as tables that few passes fill and all
+//! passes read, or a uniform sky without air.
+//!
+//! The tables depend on less and less: optical depth on nothing, multiple scattering and the
+//! ground's light on its albedo, light by altitude on the sun's height too, the view and the air
+//! before things on the camera's altitude too. Only what a change touches is made again; the
+//! sun's azimuth and irradiance touch no table.
+
+pub mod gpu_data;
+pub mod spectrum;
+pub mod tables;
+
 use glam::Vec3;
-#[derive(Clone,Copy,PartialEq)] pub enum SkyKind{Uniform{radiance:f32},Atmosphere}
-#[derive(Clone,Copy,PartialEq)] pub struct SkyInputs{pub kind:SkyKind,pub sun_direction:Vec3,pub sun_irradiance:f32,pub angular_diameter:f32,pub camera_altitude:f64,pub ground_albedo:Vec3}
-#[derive(Clone,Copy,PartialEq)] pub enum SkyWork{None,All}
-pub struct SkyPass{layout: wgpu::BindGroupLayout, group: wgpu::BindGroup, last: Option<SkyInputs>}
-impl SkyPass{
- pub fn new(gpu:&Gpu,_l:&ShaderLibrary)->Result<Self>{
-  let layout=gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor{label:None,entries:&[]});
-  let group=gpu.device.create_bind_group(&wgpu::BindGroupDescriptor{label:None,layout:&layout,entries:&[]});
-  Ok(Self{layout,group,last:None}) }
- pub fn layout(&self)->&wgpu::BindGroupLayout{&self.layout}
- pub fn bind_group(&self)->&wgpu::BindGroup{&self.group}
- pub fn update(&mut self,_g:&Gpu,i:&SkyInputs)->SkyWork{ if self.last==Some(*i){SkyWork::None}else{self.last=Some(*i);SkyWork::All}}
- pub fn encode(&self,_e:&mut wgpu::CommandEncoder,_w:SkyWork){}
- pub fn bytes(&self)->u64{0}
+
+use crate::Result;
+use crate::gpu::{Gpu, Kernel, ShaderLibrary};
+use gpu_data::{SkyUniforms, seen_from};
+use tables::SkyTables;
+
+/// What kind of sky.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SkyKind {
+    /// The same radiance from everywhere, and no air.
+    Uniform {
+        /// In the unit of the sun's irradiance, per sr.
+        radiance: f32,
+    },
+    /// The Earth's clear atmosphere.
+    Atmosphere,
+}
+
+/// All that the sky depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkyInputs {
+    /// What kind of sky.
+    pub kind: SkyKind,
+    /// Unit vector towards the sun.
+    pub sun_direction: Vec3,
+    /// Outside of the air, on a surface that faces the sun.
+    pub sun_irradiance: f32,
+    /// Of the sun's disc, rad.
+    pub angular_diameter: f32,
+    /// m; below 0 the sky is that at 0.
+    pub camera_altitude: f64,
+    /// Linear sRGB, 0 to 1.
+    pub ground_albedo: Vec3,
+}
+
+/// What has to be made again. Each kind includes those before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SkyWork {
+    /// Nothing changed.
+    None,
+    /// Values that no table depends on: they are on the device already.
+    Uniforms,
+    /// The tables that depend on the camera's altitude.
+    Camera,
+    /// Those that depend on the sun's height.
+    Sun,
+    /// Those that depend on the ground's albedo.
+    Ground,
+    /// All.
+    All,
+}
+
+/// One pipeline with what it reads and writes.
+struct Stage {
+    kernel: Kernel,
+    entry: &'static str,
+    needed_from: SkyWork,
+    groups: [u32; 2],
+    output: wgpu::BindGroup,
+    sources: wgpu::BindGroup,
+}
+
+/// The tables, the passes that fill them, and the bind group the other passes read them through.
+pub struct SkyPass {
+    layout: wgpu::BindGroupLayout,
+    group: wgpu::BindGroup,
+    uniforms: wgpu::Buffer,
+    tables: SkyTables,
+    stages: Vec<Stage>,
+    last: Option<SkyInputs>,
+    /// What the tables were made for.
+    made: Option<SkyInputs>,
+}
+
+impl SkyPass {
+    /// Compiles the passes; the tables are filled by the first frame that needs them.
+    pub fn new(gpu: &Gpu, library: &ShaderLibrary) -> Result<Self> {
+        const FLAT: wgpu::TextureViewDimension = wgpu::TextureViewDimension::D2;
+        const SOLID: wgpu::TextureViewDimension = wgpu::TextureViewDimension::D3;
+        let t = SkyTables::new(gpu);
+        let uniforms = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("sky uniforms"),
+            size: size_of::<SkyUniforms>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("sky"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        });
+        let march = tables::layout(gpu, "sky march", &[FLAT; 3]);
+        let sources =
+            |made: [&wgpu::Texture; 3]| tables::bind(gpu, &march, &uniforms, &sampler, &made);
+        let stage = |file, entry, needed_from, made, written: &[&wgpu::Texture], groups| {
+            let kernel = Kernel::new(gpu, library, file, &[], &[&march])?;
+            let views: Vec<_> =
+                written.iter().map(|w| w.create_view(&Default::default())).collect();
+            let resources: Vec<_> = views.iter().map(wgpu::BindingResource::TextureView).collect();
+            let output = kernel.bind(gpu, &resources);
+            Ok(Stage { kernel, entry, needed_from, groups, output, sources: sources(made) })
+        };
+        let over = |[w, h]: [u32; 2], side: [u32; 2]| [w.div_ceil(side[0]), h.div_ceil(side[1])];
+        let all = [&t.depth, &t.multiple, &t.ground];
+        let none = &t.nothing;
+        let stages: Result<Vec<Stage>> = [
+            stage(
+                crate::shader_file!("frame/sky_depth.wgsl"),
+                "sky_depth",
+                SkyWork::All,
+                [none; 3],
+                &[&t.depth],
+                over(tables::DEPTH_SIZE, [8, 8]),
+            ),
+            stage(
+                crate::shader_file!("frame/sky_multiple.wgsl"),
+                "sky_multiple",
+                SkyWork::Ground,
+                [&t.depth, none, none],
+                &[&t.multiple],
+                over(tables::MULTIPLE_SIZE, [8, 8]),
+            ),
+            stage(
+                crate::shader_file!("frame/sky_ground.wgsl"),
+                "sky_ground",
+                SkyWork::Ground,
+                [&t.depth, &t.multiple, none],
+                &[&t.ground],
+                over([tables::GROUND_SIZE, 1], [64, 1]),
+            ),
+            stage(
+                crate::shader_file!("frame/sky_altitude.wgsl"),
+                "sky_altitude",
+                SkyWork::Sun,
+                all,
+                &[&t.altitude],
+                over(tables::ALTITUDE_SIZE, [64, 1]),
+            ),
+            stage(
+                crate::shader_file!("frame/sky_view.wgsl"),
+                "sky_view",
+                SkyWork::Camera,
+                all,
+                &[&t.view],
+                over(tables::VIEW_SIZE, [8, 8]),
+            ),
+            stage(
+                crate::shader_file!("frame/sky_air.wgsl"),
+                "sky_air",
+                SkyWork::Camera,
+                all,
+                &[&t.air_sources, &t.air_depths],
+                over([tables::AIR_SIZE[0], tables::AIR_SIZE[1]], [8, 8]),
+            ),
+        ]
+        .into_iter()
+        .collect();
+        let layout = tables::layout(gpu, "sky", &[FLAT, FLAT, FLAT, FLAT, SOLID, FLAT]);
+        let read = [&t.depth, &t.ground, &t.altitude, &t.view, &t.air_sources, &t.air_depths];
+        let group = tables::bind(gpu, &layout, &uniforms, &sampler, &read);
+        Ok(Self { layout, group, uniforms, tables: t, stages: stages?, last: None, made: None })
+    }
+
+    /// Layout of the bind group that passes read the sky through (group 2).
+    pub fn layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layout
+    }
+
+    /// That bind group.
+    pub fn bind_group(&self) -> &wgpu::BindGroup {
+        &self.group
+    }
+
+    /// The tables.
+    pub fn tables(&self) -> &SkyTables {
+        &self.tables
+    }
+
+    /// Takes the frame's inputs and says what `encode` has to make before other passes read.
+    pub fn update(&mut self, gpu: &Gpu, inputs: &SkyInputs) -> SkyWork {
+        if self.last == Some(*inputs) {
+            return SkyWork::None;
+        }
+        self.last = Some(*inputs);
+        gpu.queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&SkyUniforms::new(inputs)));
+        if inputs.kind != SkyKind::Atmosphere {
+            return SkyWork::Uniforms;
+        }
+        let work = self.made.as_ref().map_or(SkyWork::All, |made| work_between(made, inputs));
+        self.made = Some(*inputs);
+        work
+    }
+
+    /// Records the passes that this work needs.
+    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, work: SkyWork) {
+        if work <= SkyWork::Uniforms {
+            return;
+        }
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("sky"),
+            timestamp_writes: None,
+        });
+        for stage in self.stages.iter().filter(|s| work >= s.needed_from) {
+            pass.set_pipeline(stage.kernel.pipeline(stage.entry));
+            pass.set_bind_group(0, &stage.output, &[]);
+            pass.set_bind_group(1, &stage.sources, &[]);
+            pass.dispatch_workgroups(stage.groups[0], stage.groups[1], 1);
+        }
+    }
+
+    /// Device memory of the tables, bytes.
+    pub fn bytes(&self) -> u64 {
+        self.tables.bytes() + size_of::<SkyUniforms>() as u64
+    }
+}
+
+/// What of the tables differs between two atmospheres.
+fn work_between(made: &SkyInputs, inputs: &SkyInputs) -> SkyWork {
+    if made.ground_albedo != inputs.ground_albedo {
+        SkyWork::Ground
+    } else if made.sun_direction.y != inputs.sun_direction.y {
+        SkyWork::Sun
+    } else if seen_from(made.camera_altitude) != seen_from(inputs.camera_altitude) {
+        SkyWork::Camera
+    } else {
+        SkyWork::Uniforms
+    }
 }

@@ -1,0 +1,105 @@
+//! `precompute bake`: computes tables and writes them to a file.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use cumuli::cli::StageBar;
+use cumuli::medium::{Phase, ShapeSpec};
+use cumuli::tables::optical_depth::OpticalDepthOptions;
+use cumuli::tables::{BakeOptions, ScatteringOptions, TableSet, default_media, default_shapes};
+use cumuli::{Error, Result};
+
+use crate::print;
+
+/// Arguments of `precompute bake`.
+#[derive(Args, Debug)]
+pub struct BakeArgs {
+    /// File to write; it appears when it is whole
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Noise shapes, as in pyroclastic-3,soft-1
+    #[arg(long, value_name = "SHAPES", value_delimiter = ',', default_values_t = default_shapes())]
+    shapes: Vec<ShapeSpec>,
+    /// Nodes along each of the two axes that say where a line passes the centre
+    #[arg(long, value_name = "NODES", default_value_t = OpticalDepthOptions::default().disc)]
+    disc: usize,
+    /// Nodes along each of the two axes that say a line's direction
+    #[arg(long, value_name = "NODES", default_value_t = OpticalDepthOptions::default().direction)]
+    direction: usize,
+    /// Random chords in each cell of an optical depth table
+    #[arg(long, value_name = "RAYS", default_value_t = OpticalDepthOptions::default().rays_per_cell)]
+    rays: usize,
+    /// Steps of the least-squares solution of an optical depth table
+    #[arg(long, value_name = "STEPS", default_value_t = OpticalDepthOptions::default().iterations)]
+    iterations: usize,
+    /// Phase functions of the scattering tables, as in mie:20um,hg:0.85
+    #[arg(long, value_name = "PHASES", value_delimiter = ',', default_values_t = default_phases())]
+    phase: Vec<Phase>,
+    /// Single-scattering albedo of the scattering tables
+    #[arg(long, value_name = "ALBEDO", default_value_t = 1.0)]
+    albedo: f64,
+    /// Nodes of the scattering tables: optical radius, incidence, azimuth, view-sun angle
+    #[arg(long, value_name = "NODES", value_delimiter = ',',
+        default_values_t = ScatteringOptions::default().resolution)]
+    scattering: Vec<usize>,
+    /// Least and greatest optical radius of the scattering tables
+    #[arg(long, value_name = "LEAST,MOST", value_delimiter = ',',
+        default_values_t = ScatteringOptions::default().optical_radius)]
+    optical_radius: Vec<f64>,
+    /// Scatterings recorded at each optical radius
+    #[arg(long, value_name = "EVENTS", default_value_t = ScatteringOptions::default().events)]
+    events: u64,
+    /// Seed of the random chords
+    #[arg(long, value_name = "SEED", default_value_t = OpticalDepthOptions::default().seed)]
+    seed: u64,
+    /// Threads to compute with; the bytes do not depend on it [default: one for each core]
+    #[arg(long, value_name = "THREADS", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+fn default_phases() -> Vec<Phase> {
+    default_media().into_iter().map(|(phase, _)| phase).collect()
+}
+
+/// Exactly as many numbers as an option takes.
+fn numbers<T: Copy, const N: usize>(option: &str, values: &[T]) -> Result<[T; N]> {
+    values.try_into().map_err(|_| {
+        Error::input(
+            option,
+            format!("expected {N} numbers separated by commas, found {}", values.len()),
+        )
+    })
+}
+
+/// Runs the command.
+pub fn run(args: &BakeArgs) -> Result<()> {
+    if let Some(threads) = args.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.into())
+            .build_global()
+            .map_err(|e| Error::input("--threads", e.to_string()))?;
+    }
+    let start = Instant::now();
+    let options = BakeOptions {
+        shapes: args.shapes.clone(),
+        optical_depth: OpticalDepthOptions {
+            disc: args.disc,
+            direction: args.direction,
+            rays_per_cell: args.rays,
+            iterations: args.iterations,
+            seed: args.seed,
+        },
+        media: args.phase.iter().map(|phase| (*phase, args.albedo)).collect(),
+        scattering: ScatteringOptions {
+            resolution: numbers("--scattering", &args.scattering)?,
+            optical_radius: numbers("--optical-radius", &args.optical_radius)?,
+            events: args.events,
+        },
+    };
+    let bar = StageBar::new();
+    let tables = TableSet::bake(&options, &bar);
+    drop(bar);
+    tables?.save(&args.out)?;
+    print(&format!("{} in {:.1} s", args.out.display(), start.elapsed().as_secs_f64()))
+}

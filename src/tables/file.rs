@@ -1,0 +1,206 @@
+//! Table files: safetensors with one metadata entry.
+//!
+//! The entry `cumuli` holds the [`Description`] as JSON. It is the only one, since safetensors
+//! orders several at random and equal tables shall have equal bytes. Tensors:
+//!
+//! - `optical_depth.NAME`, u32, `[direction v, direction u, disc v, disc u]`: texels of
+//!   `optical_depth::encoding` at the places of `optical_depth::mapping`.
+//! - `scattering.PHASE@ALBEDO`, f16, `[optical radius, incidence, azimuth, view-sun angle, 2]`:
+//!   the values of `scattering`.
+//!
+//! Nothing is believed before it is checked: sizes against the file, names and shapes against the
+//! description, values against their ranges and their fingerprint.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+
+use super::TableSet;
+use super::description::{Description, FORMAT};
+use super::fingerprint::Fingerprint;
+use super::optical_depth::{Grid, OpticalDepthTable};
+use super::scattering::{self, ScatteringTable};
+use crate::error::{Error, Result};
+use crate::medium::{Phase, ShapeSpec};
+
+/// Name of the metadata entry.
+const ENTRY: &str = "cumuli";
+/// Largest file that is read: 20 times the largest set worth baking.
+const MOST_BYTES: u64 = 1 << 30;
+/// Longest header: the description of a hundred shapes takes 100 KiB.
+const MOST_HEADER_BYTES: u64 = 4 << 20;
+/// Bytes of the header's length, at the beginning of a file.
+const LENGTH_BYTES: usize = 8;
+/// Bytes of a value of an optical depth table.
+const TEXEL_BYTES: usize = 4;
+/// Bytes of a value of a scattering table.
+const HALF_BYTES: usize = 2;
+
+/// Reads a file after a look at its size.
+pub(super) fn bytes_of(path: &Path) -> Result<Vec<u8>> {
+    let file = File::open(path).map_err(|e| Error::io(path, "read", e))?;
+    let metadata = file.metadata().map_err(|e| Error::io(path, "read", e))?;
+    let place = path.display().to_string();
+    if !metadata.is_file() {
+        return Err(Error::input(place, "expected a table file, found something else"));
+    }
+    if metadata.len() > MOST_BYTES {
+        return Err(Error::input(
+            place,
+            format!("expected at most {MOST_BYTES} bytes, found {}", metadata.len()),
+        ));
+    }
+    let mut bytes = Vec::with_capacity(metadata.len() as usize);
+    // A file that grows meanwhile is cut off, and refused as damaged.
+    file.take(MOST_BYTES).read_to_end(&mut bytes).map_err(|e| Error::io(path, "read", e))?;
+    Ok(bytes)
+}
+
+/// The bytes of a table file; the same for the same tables.
+pub(super) fn write(tables: &TableSet) -> Result<Vec<u8>> {
+    let mut tensors = Vec::new();
+    for table in tables.optical_depth() {
+        let mut shape = table.grid().nodes;
+        shape.reverse();
+        let bytes: Vec<u8> = table.texels().iter().flat_map(|t| t.to_le_bytes()).collect();
+        tensors.push((shape_name(table.spec()), Dtype::U32, shape.to_vec(), bytes));
+    }
+    for table in tables.scattering() {
+        let [radii, incidences, azimuths, angles] = table.resolution();
+        let shape = vec![radii, incidences, azimuths, angles, scattering::CHANNELS];
+        let bytes: Vec<u8> = table.values().iter().flat_map(|v| v.to_le_bytes()).collect();
+        let name = scattering_name(table.phase(), table.albedo());
+        tensors.push((name, Dtype::F16, shape, bytes));
+    }
+    let mut values = Fingerprint::default();
+    let mut views = Vec::new();
+    for (name, dtype, shape, bytes) in &tensors {
+        values.add(bytes);
+        let view = TensorView::new(*dtype, shape.clone(), bytes)
+            .map_err(|e| Error::input(name.as_str(), e.to_string()))?;
+        views.push((name.as_str(), view));
+    }
+    let description = Description { values: values.to_string(), ..tables.description() };
+    let text = serde_json::to_string(&description)
+        .map_err(|e| Error::input("description of the tables", e.to_string()))?;
+    safetensors::serialize(views, Some(HashMap::from([(ENTRY.to_owned(), text)])))
+        .map_err(|e| Error::input("tables", e.to_string()))
+}
+
+/// Reads the bytes of a table file. `place` names it in errors.
+pub(super) fn read(bytes: &[u8], place: &str) -> Result<TableSet> {
+    let refuse = |message: &str| Err(Error::input(place, message));
+    let Some(length) = bytes.first_chunk::<LENGTH_BYTES>() else {
+        return refuse("expected a table file, found fewer than 8 bytes");
+    };
+    let length = u64::from_le_bytes(*length);
+    if length > MOST_HEADER_BYTES || length > (bytes.len() - LENGTH_BYTES) as u64 {
+        return refuse("expected a table file, found no safetensors header (truncated or foreign)");
+    }
+    let header = SafeTensors::read_metadata(bytes);
+    let (_, metadata) = match header {
+        Ok(header) => header,
+        Err(e) => return refuse(&format!("the safetensors file is damaged: {e}")),
+    };
+    let Some(text) = metadata.metadata().as_ref().and_then(|m| m.get(ENTRY)) else {
+        return refuse("expected tables made by precompute, found a foreign safetensors file");
+    };
+    let description = parse(text, place)?;
+    let tensors = SafeTensors::deserialize(bytes)
+        .map_err(|e| Error::input(place, format!("the safetensors file is damaged: {e}")))?;
+    let mut values = Fingerprint::default();
+    let depth = &description.optical_depth;
+    let mut optical_depth = Vec::with_capacity(depth.shapes.len());
+    for entry in &depth.shapes {
+        let name = shape_name(entry.shape);
+        let field = |message: String| Error::input(format!("{place}: {name}"), message);
+        let (n, m) = (depth.options.disc, depth.options.direction);
+        let data = tensor(&tensors, &name, Dtype::U32, &[m, m, n, n]).map_err(field)?;
+        values.add(data);
+        let (texels, _) = data.as_chunks::<TEXEL_BYTES>();
+        let texels = texels.iter().map(|t| u32::from_le_bytes(*t)).collect();
+        let (grid, errors) = (Grid { nodes: [n, n, m, m] }, entry.errors.clone());
+        let mean_density = entry.mean_density;
+        let table = OpticalDepthTable::from_parts(entry.shape, mean_density, grid, texels, errors);
+        optical_depth.push(table.map_err(|e| Error::input(place, e.to_string()))?);
+    }
+    let mut scattering = Vec::with_capacity(description.scattering.media.len());
+    for medium in description.scattering.media {
+        let name = scattering_name(&medium.phase, medium.albedo);
+        let field = |message: String| Error::input(format!("{place}: {name}"), message);
+        let [a, b, c, d] = medium.resolution;
+        let shape = [a, b, c, d, scattering::CHANNELS];
+        let data = tensor(&tensors, &name, Dtype::F16, &shape).map_err(field)?;
+        values.add(data);
+        let (halves, _) = data.as_chunks::<HALF_BYTES>();
+        let halves = halves.iter().map(|h| half::f16::from_le_bytes(*h)).collect();
+        let table = ScatteringTable::from_parts(
+            medium.phase,
+            medium.albedo,
+            medium.resolution,
+            medium.optical_radius,
+            halves,
+            medium.report,
+        );
+        scattering.push(table.map_err(|e| Error::input(place, e.to_string()))?);
+    }
+    if tensors.len() != optical_depth.len() + scattering.len() {
+        return refuse("there are tensors that the description does not name");
+    }
+    if values.to_string() != description.values {
+        return refuse("the values are damaged: their fingerprint differs from the recorded one");
+    }
+    TableSet::new(optical_depth, depth.options, scattering)
+        .map_err(|e| Error::input(place, e.to_string()))
+}
+
+/// The bytes of a tensor of this type and shape.
+fn tensor<'a>(
+    tensors: &SafeTensors<'a>,
+    name: &str,
+    dtype: Dtype,
+    shape: &[usize],
+) -> std::result::Result<&'a [u8], String> {
+    let tensor = tensors.tensor(name).map_err(|_| "the tensor is missing".to_owned())?;
+    if tensor.dtype() != dtype || tensor.shape() != shape {
+        return Err(format!(
+            "expected {dtype} {shape:?}, found {} {:?}",
+            tensor.dtype(),
+            tensor.shape()
+        ));
+    }
+    Ok(tensor.data())
+}
+
+fn parse(text: &str, place: &str) -> Result<Description> {
+    /// What all versions have.
+    #[derive(serde::Deserialize)]
+    struct Version {
+        format: u32,
+    }
+    let refuse = |e: serde_json::Error| Error::input(format!("{place}: metadata"), e.to_string());
+    let version: Version = serde_json::from_str(text).map_err(refuse)?;
+    if version.format != FORMAT {
+        return Err(Error::input(
+            format!("{place}: format"),
+            format!(
+                "expected version {FORMAT}, found {}; bake the tables anew with precompute",
+                version.format
+            ),
+        ));
+    }
+    let description: Description = serde_json::from_str(text).map_err(refuse)?;
+    description.check(place)?;
+    Ok(description)
+}
+
+fn shape_name(shape: ShapeSpec) -> String {
+    format!("optical_depth.{shape}")
+}
+
+fn scattering_name(phase: &Phase, albedo: f64) -> String {
+    format!("scattering.{phase}@{albedo}")
+}

@@ -1,0 +1,103 @@
+//! The table of one shape.
+
+use glam::DVec3;
+
+use super::encoding::{UNUSED, decode, unpack};
+use super::grid::{Grid, weights};
+use super::lookup::ChordProfile;
+use super::mapping::{ChordMapping, HemisphereDisc};
+use super::measure::OpticalDepthErrors;
+use crate::error::{Error, Result};
+use crate::medium::ShapeSpec;
+
+/// Fewest and most nodes along an axis: fewer is no table, more do not fit into a texture.
+pub const NODES: std::ops::RangeInclusive<usize> = 4..=64;
+
+/// Mean densities of the parts of all chords of one noise shape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpticalDepthTable {
+    spec: ShapeSpec,
+    mean_density: f64,
+    grid: Grid,
+    texels: Vec<u32>,
+    errors: OpticalDepthErrors,
+}
+
+impl OpticalDepthTable {
+    /// A table from its parts; refused where they do not fit together.
+    pub fn from_parts(
+        spec: ShapeSpec,
+        mean_density: f64,
+        grid: Grid,
+        texels: Vec<u32>,
+        errors: OpticalDepthErrors,
+    ) -> Result<Self> {
+        let refuse =
+            |message: String| Err(Error::input(format!("optical depth of {spec}"), message));
+        if !grid.nodes.iter().all(|n| NODES.contains(n)) {
+            return refuse(format!(
+                "expected {} to {} nodes along each axis, found {:?}",
+                NODES.start(),
+                NODES.end(),
+                grid.nodes
+            ));
+        }
+        if texels.len() != grid.len() {
+            return refuse(format!("expected {} values, found {}", grid.len(), texels.len()));
+        }
+        if texels.iter().any(|t| t & UNUSED != 0) {
+            return refuse("the values are not three numbers of 10 bits each".to_owned());
+        }
+        if !(mean_density > 0.0 && mean_density <= 1.0) {
+            return refuse(format!("expected a mean density in 0..1, found {mean_density}"));
+        }
+        Ok(Self { spec, mean_density, grid, texels, errors })
+    }
+
+    /// Kind and seed of the shape.
+    pub fn spec(&self) -> ShapeSpec {
+        self.spec
+    }
+
+    /// Mean density over the volume of the unit sphere.
+    pub fn mean_density(&self) -> f64 {
+        self.mean_density
+    }
+
+    /// Nodes along the axes: two of the place on the disc, two of the direction.
+    pub fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// The packed values, the first axis of the grid fastest.
+    pub fn texels(&self) -> &[u32] {
+        &self.texels
+    }
+
+    /// Errors against direct integration, measured when the table was baked.
+    pub fn errors(&self) -> &OpticalDepthErrors {
+        &self.errors
+    }
+
+    pub(super) fn set_errors(&mut self, errors: OpticalDepthErrors) {
+        self.errors = errors;
+    }
+
+    /// Answers for the chord between two points of the unit sphere, as the shader does.
+    pub fn profile(&self, entry: DVec3, exit: DVec3) -> ChordProfile {
+        let place = HemisphereDisc.place(entry, exit);
+        let cell = self.grid.cell(place.at);
+        let mut channels = [0.0; super::grid::CHANNELS];
+        for (offset, weight) in self.grid.corners().into_iter().zip(weights(cell.fraction)) {
+            let texel = self.texels.get(cell.base + offset).copied().unwrap_or_default();
+            for (sum, value) in channels.iter_mut().zip(unpack(texel)) {
+                *sum += weight * value;
+            }
+        }
+        let mut parts = decode(channels);
+        if place.reversed {
+            parts.reverse();
+        }
+        ChordProfile::new(parts)
+    }
+}

@@ -1,0 +1,96 @@
+//! Conservation of energy, chord by chord.
+//!
+//! Followed backwards, light that left the sphere along a chord comes from the sun's directions in
+//! the proportions of the source; with albedo 1 nothing is lost, so the source integrates to 1
+//! over all sun directions.
+
+use super::GaussRule;
+use super::super::CHANNELS;
+use super::super::mapping::{ViewSunMap, azimuth_angle, azimuth_coordinate, node};
+use super::super::single::opacity;
+use crate::medium::Phase;
+
+/// Points of the rule in each cell of the table.
+const POINTS: usize = 4;
+
+/// One place of the rule on an axis: the node below, the share of the next one, and the measure.
+struct Place {
+    index: usize,
+    share: f64,
+    measure: f64,
+    phase: f64,
+}
+
+/// Quadrature over the sun's directions as the table interpolates them.
+pub struct Furnace {
+    views: Vec<Place>,
+    azimuths: Vec<Place>,
+    stride: usize,
+}
+
+impl Furnace {
+    /// For a table of this resolution.
+    pub fn new(phase: &Phase, map: &ViewSunMap, resolution: [usize; 4]) -> Self {
+        let [_, _, azimuths, views] = resolution;
+        let rule = GaussRule::new(POINTS);
+        let prepared = phase.prepare();
+        Self {
+            views: places(&rule, views, |u| map.angle(u), |a| map.coordinate((0.5 * a).sin()), |a| {
+                (a.sin(), prepared.eval(a.cos()))
+            }),
+            // Both halves of the circle.
+            azimuths: places(&rule, azimuths, azimuth_angle, |a| azimuth_coordinate(a.cos()), |_| {
+                (2.0, 1.0)
+            }),
+            stride: views,
+        }
+    }
+
+    /// Integrals over the sun's directions of order 1 and of the higher orders, albedo 1. `rows`
+    /// are the table's values of one optical radius and incidence.
+    pub fn integrals(&self, rows: &[f64], optical_radius: f64) -> (f64, f64) {
+        let opaque = opacity(optical_radius);
+        let (mut single, mut multiple) = (0.0, 0.0);
+        for a in &self.azimuths {
+            for v in &self.views {
+                let value = |channel: usize| {
+                    let at = |j: usize, k: usize| rows[(j * self.stride + k) * CHANNELS + channel];
+                    let low = (1.0 - v.share) * at(a.index, v.index) + v.share * at(a.index, v.index + 1);
+                    let high = (1.0 - v.share) * at(a.index + 1, v.index)
+                        + v.share * at(a.index + 1, v.index + 1);
+                    (1.0 - a.share) * low + a.share * high
+                };
+                let measure = a.measure * v.measure;
+                single += measure * v.phase * (-optical_radius * value(0)).exp();
+                multiple += measure * opaque * value(1).exp();
+            }
+        }
+        (single, multiple)
+    }
+
+    /// Factor on the higher orders that makes the furnace exact.
+    pub fn scale(&self, rows: &[f64], optical_radius: f64) -> f64 {
+        let (single, multiple) = self.integrals(rows, optical_radius);
+        (1.0 - single).max(0.0) / multiple
+    }
+}
+
+fn places(
+    rule: &GaussRule,
+    count: usize,
+    angle: impl Fn(f64) -> f64,
+    coordinate: impl Fn(f64) -> f64,
+    density: impl Fn(f64) -> (f64, f64),
+) -> Vec<Place> {
+    let mut out = Vec::new();
+    for cell in 0..count - 1 {
+        let (from, to) = (angle(node(cell, count)), angle(node(cell + 1, count)));
+        for &(u, w) in &rule.points {
+            let a = from + (to - from) * u;
+            let share = (coordinate(a) * (count - 1) as f64 - cell as f64).clamp(0.0, 1.0);
+            let (measure, phase) = density(a);
+            out.push(Place { index: cell, share, measure: measure * w * (to - from), phase });
+        }
+    }
+    out
+}

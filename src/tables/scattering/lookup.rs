@@ -1,0 +1,64 @@
+//! Reading the table: twin of `shaders/tables/scattering.wgsl`.
+
+use glam::DVec3;
+
+use super::mapping::{Coordinates, Geometry, azimuth_coordinate};
+use super::single::opacity;
+use super::{CHANNELS, ScatteringTable};
+
+impl ScatteringTable {
+    /// Source of order 1 without phase function, and of the orders from 2 on with it, for a ray
+    /// that enters the unit sphere at `entry` along `dir`, with the sun towards `sun` (unit
+    /// vectors). Radiance is the source times the chord's opacity, per unit of sun irradiance.
+    pub fn lookup(&self, entry: DVec3, dir: DVec3, sun: DVec3, optical_radius: f64) -> [f64; 2] {
+        self.lookup_geometry(&Geometry::of(entry, dir, sun), optical_radius)
+    }
+
+    /// The same for a ray in the table's terms.
+    pub fn lookup_geometry(&self, geometry: &Geometry, optical_radius: f64) -> [f64; 2] {
+        let [path, logarithm] = self.interpolate(&self.coordinates(geometry, optical_radius));
+        let single = self.albedo * (-optical_radius * path).exp();
+        [single, opacity(optical_radius) * logarithm.exp()]
+    }
+
+    /// Where a ray lies in the table.
+    pub fn coordinates(&self, geometry: &Geometry, optical_radius: f64) -> Coordinates {
+        let [low, high] = self.optical_radius;
+        let share = (optical_radius.max(low) / low).ln() / (high / low).ln();
+        Coordinates {
+            incidence: geometry.incidence.clamp(0.0, 1.0),
+            azimuth: azimuth_coordinate(geometry.azimuth.cos()),
+            view_sun: self.map.coordinate((0.5 * geometry.view_sun).sin()),
+            optical_radius: share.clamp(0.0, 1.0),
+        }
+    }
+
+    /// Linear in all four coordinates.
+    fn interpolate(&self, at: &Coordinates) -> [f64; 2] {
+        let [radii, incidences, azimuths, views] = self.resolution;
+        let split = |coordinate: f64, count: usize| {
+            let place = coordinate * (count - 1) as f64;
+            let index = (place as usize).min(count - 2);
+            (index, place - index as f64)
+        };
+        let (i, a) = split(at.optical_radius, radii);
+        let (j, b) = split(at.incidence, incidences);
+        let (k, c) = split(at.azimuth, azimuths);
+        let (l, d) = split(at.view_sun, views);
+        let mut sum = [0.0; CHANNELS];
+        for (i, a) in [(i, 1.0 - a), (i + 1, a)] {
+            for (j, b) in [(j, 1.0 - b), (j + 1, b)] {
+                for (k, c) in [(k, 1.0 - c), (k + 1, c)] {
+                    for (l, d) in [(l, 1.0 - d), (l + 1, d)] {
+                        let entry = ((i * incidences + j) * azimuths + k) * views + l;
+                        let weight = a * b * c * d;
+                        for (s, v) in sum.iter_mut().zip(&self.values[entry * CHANNELS..]) {
+                            *s += weight * f64::from(*v);
+                        }
+                    }
+                }
+            }
+        }
+        sum
+    }
+}

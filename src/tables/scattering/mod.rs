@@ -1,0 +1,210 @@
+//! Light scattered by a uniform sphere in parallel light, tabulated in four dimensions.
+//!
+//! The table answers for any ray through the sphere, any direction of the sun and any optical
+//! radius: the *source*, which is the scattered radiance that leaves the sphere at the ray's entry
+//! divided by the opacity of its chord, `1 - exp(-tau)`. Divided so it stays bounded and smooth
+//! where the chord shrinks to nothing and where the sphere is thin.
+//!
+//! Two channels: order 1 as an effective optical path `s` of the sunlight, its source without
+//! phase function being `albedo exp(-R s)`; and the natural logarithm of the source of all orders
+//! from 2 on, phase function included, divided by `1 - exp(-R)`. Interpolating these in place of
+//! the sources themselves makes power-law lobes and exponential shadows nearly linear between the
+//! nodes.
+
+pub mod bake;
+mod gpu;
+mod lookup;
+pub mod mapping;
+pub mod reference;
+mod report;
+pub mod single;
+
+use half::f16;
+
+pub use gpu::ScatteringParams;
+pub use report::{RadiusReport, ScatteringReport};
+
+use self::mapping::ViewSunMap;
+use crate::error::{Error, Result};
+use crate::medium::Phase;
+use crate::tables::Progress;
+
+/// Values of one entry: effective sun path of order 1, logarithm of the source of higher orders.
+pub const CHANNELS: usize = 2;
+/// Fewest and most nodes along an axis. More than 128 slices of incidence and optical radius
+/// together would pass the 2048 slices of a 3D texture that every adapter has.
+const NODES: [usize; 2] = [2, 128];
+/// Most slices of the packed texture: `max_texture_dimension_3d` of WebGPU.
+const MAX_SLICES: usize = 2048;
+/// Optical radii for which the solver's grids are made.
+const OPTICAL_RADII: [f64; 2] = [1e-3, 1e3];
+
+/// What to bake.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScatteringOptions {
+    /// Nodes: optical radius, cosine of incidence, azimuth, view-sun angle.
+    pub resolution: [usize; 4],
+    /// Least and greatest optical radius.
+    pub optical_radius: [f64; 2],
+    /// Scatterings recorded at each optical radius.
+    pub events: u64,
+}
+
+impl Default for ScatteringOptions {
+    fn default() -> Self {
+        Self {
+            resolution: [24, 16, 16, 32],
+            optical_radius: [0.05, 100.0],
+            events: 8_000_000,
+        }
+    }
+}
+
+impl ScatteringOptions {
+    /// Entries of the table.
+    pub fn entries(&self) -> usize {
+        self.resolution.iter().product()
+    }
+
+    /// Optical radius of a node.
+    pub fn optical_radius_at(&self, index: usize) -> f64 {
+        let [low, high] = self.optical_radius;
+        let share = mapping::node(index, self.resolution[0]);
+        low * (high / low).powf(share)
+    }
+
+    fn check(&self, albedo: f64) -> Result<()> {
+        if !(0.0..=1.0).contains(&albedo) {
+            return Err(Error::input(
+                format!("albedo {albedo}"),
+                "expected a share between 0 and 1",
+            ));
+        }
+        check_shape(self.resolution, self.optical_radius)?;
+        if self.events == 0 {
+            return Err(Error::input("scattering events 0", "expected at least one"));
+        }
+        Ok(())
+    }
+}
+
+fn check_shape(resolution: [usize; 4], optical_radius: [f64; 2]) -> Result<()> {
+    if resolution.iter().any(|n| !(NODES[0]..=NODES[1]).contains(n))
+        || resolution[0] * resolution[1] > MAX_SLICES
+    {
+        return Err(Error::input(
+            format!("scattering resolution {resolution:?}"),
+            format!(
+                "expected {} to {} nodes along each of optical radius, incidence, azimuth and \
+                 view-sun angle, and at most {MAX_SLICES} for the first two together",
+                NODES[0], NODES[1]
+            ),
+        ));
+    }
+    let [low, high] = optical_radius;
+    if !(low >= OPTICAL_RADII[0] && high <= OPTICAL_RADII[1] && low < high) {
+        return Err(Error::input(
+            format!("optical radius range {low}..{high}"),
+            format!("expected two rising numbers between {} and {}", OPTICAL_RADII[0], OPTICAL_RADII[1]),
+        ));
+    }
+    Ok(())
+}
+
+/// The scattering table of one phase function and albedo.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScatteringTable {
+    phase: Phase,
+    albedo: f64,
+    resolution: [usize; 4],
+    optical_radius: [f64; 2],
+    values: Vec<f16>,
+    report: ScatteringReport,
+    map: ViewSunMap,
+}
+
+impl ScatteringTable {
+    /// Computes a table. The same arguments give the same bytes whatever the number of threads.
+    pub fn bake(
+        phase: Phase,
+        albedo: f64,
+        options: &ScatteringOptions,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        phase.check()?;
+        options.check(albedo)?;
+        let (values, report) = bake::bake(&phase, albedo, options, progress);
+        let values = values.into_iter().map(f16::from_f64).collect();
+        Self::from_parts(phase, albedo, options.resolution, options.optical_radius, values, report)
+    }
+
+    /// A table from stored values, refused unless sizes fit and every value is in its range.
+    pub fn from_parts(
+        phase: Phase,
+        albedo: f64,
+        resolution: [usize; 4],
+        optical_radius: [f64; 2],
+        values: Vec<f16>,
+        report: ScatteringReport,
+    ) -> Result<Self> {
+        phase.check()?;
+        let shape = ScatteringOptions { resolution, optical_radius, events: 1 };
+        shape.check(albedo)?;
+        let place = || format!("scattering table of {phase}");
+        if values.len() != shape.entries() * CHANNELS {
+            return Err(Error::input(
+                place(),
+                format!("expected {} values, found {}", shape.entries() * CHANNELS, values.len()),
+            ));
+        }
+        // A path in a unit sphere is at most 2 long; f16 may round it up by its last digit.
+        let longest = f16::from_f64(2.0);
+        for entry in values.chunks_exact(CHANNELS) {
+            if !(entry[0] >= f16::ZERO && entry[0] <= longest && entry[1].is_finite()) {
+                return Err(Error::input(
+                    place(),
+                    format!(
+                        "expected paths in 0..2 and finite logarithms, found {} and {}",
+                        entry[0], entry[1]
+                    ),
+                ));
+            }
+        }
+        let map = ViewSunMap::for_phase(&phase);
+        Ok(Self { phase, albedo, resolution, optical_radius, values, report, map })
+    }
+
+    /// Phase function of the table.
+    pub fn phase(&self) -> &Phase {
+        &self.phase
+    }
+
+    /// Single-scattering albedo of the table.
+    pub fn albedo(&self) -> f64 {
+        self.albedo
+    }
+
+    /// Nodes: optical radius, cosine of incidence, azimuth, view-sun angle.
+    pub fn resolution(&self) -> [usize; 4] {
+        self.resolution
+    }
+
+    /// Least and greatest optical radius; beyond them the nearest is used.
+    pub fn optical_radius_range(&self) -> [f64; 2] {
+        self.optical_radius
+    }
+
+    /// All values: axes in the order of [`Self::resolution`], the last varying fastest, two
+    /// channels for each entry.
+    pub fn values(&self) -> &[f16] {
+        &self.values
+    }
+
+    /// What the bake said about itself.
+    pub fn report(&self) -> &ScatteringReport {
+        &self.report
+    }
+}
+
+#[cfg(test)]
+mod accuracy_tests;

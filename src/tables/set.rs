@@ -1,0 +1,209 @@
+//! All tables that a picture is made with.
+
+use std::path::Path;
+
+use super::defaults::{default_media, default_shapes};
+use super::description::Description;
+use super::optical_depth::{ChordProfile, OpticalDepthOptions, OpticalDepthTable};
+use super::progress::Progress;
+use super::scattering::{ScatteringOptions, ScatteringTable};
+use super::{cache, file};
+use crate::error::{Error, Result};
+use crate::medium::{Phase, ShapeSpec};
+
+/// The tables that are part of the program: what `precompute bake` makes without options.
+const EMBEDDED: &[u8] = include_bytes!("../../assets/default_tables.safetensors");
+/// Name of the shape that needs no table; it is always the first.
+const UNIFORM: &str = "uniform";
+
+/// The optical depth of noise shapes, and light scattered in uniform spheres of some media.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableSet {
+    optical_depth: Vec<OpticalDepthTable>,
+    names: Vec<String>,
+    options: OpticalDepthOptions,
+    scattering: Vec<ScatteringTable>,
+}
+
+/// What to bake.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakeOptions {
+    /// Noise shapes, in the order of their indices from 1 on.
+    pub shapes: Vec<ShapeSpec>,
+    /// How their optical depth is computed.
+    pub optical_depth: OpticalDepthOptions,
+    /// Media: phase function and albedo.
+    pub media: Vec<(Phase, f64)>,
+    /// How light scattered in them is computed.
+    pub scattering: ScatteringOptions,
+}
+
+impl Default for BakeOptions {
+    /// What the built-in tables hold.
+    fn default() -> Self {
+        Self {
+            shapes: default_shapes(),
+            optical_depth: OpticalDepthOptions::default(),
+            media: default_media(),
+            scattering: ScatteringOptions::default(),
+        }
+    }
+}
+
+impl TableSet {
+    /// The tables that are part of the program.
+    pub fn embedded() -> Result<Self> {
+        file::read(EMBEDDED, "the built-in tables")
+    }
+
+    /// Reads a table file; refused where it is damaged, foreign or of another format version.
+    pub fn load(path: &Path) -> Result<Self> {
+        let bytes = file::bytes_of(path)?;
+        file::read(&bytes, &path.display().to_string())
+    }
+
+    /// Writes a table file, whole or not at all.
+    pub fn save(&self, path: &Path) -> Result<()> {
+        let bytes = file::write(self)?;
+        crate::output::write_atomically(path, |out| out.write_all(&bytes))
+    }
+
+    /// Puts tables together; refused where two are of the same shape or medium, or of different
+    /// resolutions.
+    pub fn new(
+        optical_depth: Vec<OpticalDepthTable>,
+        options: OpticalDepthOptions,
+        scattering: Vec<ScatteringTable>,
+    ) -> Result<Self> {
+        for (i, table) in scattering.iter().enumerate() {
+            let same = |other: &ScatteringTable| {
+                other.phase() == table.phase() && other.albedo() == table.albedo()
+            };
+            if scattering[..i].iter().any(same) {
+                return Err(Error::input(
+                    "tables",
+                    format!(
+                        "expected each medium once, found {} with albedo {} twice",
+                        table.phase(),
+                        table.albedo()
+                    ),
+                ));
+            }
+        }
+        for (i, table) in optical_depth.iter().enumerate() {
+            if optical_depth[..i].iter().any(|other| other.spec() == table.spec()) {
+                return Err(Error::input(
+                    "tables",
+                    format!("expected each shape once, found {} twice", table.spec()),
+                ));
+            }
+            if table.grid() != optical_depth[0].grid() {
+                return Err(Error::input(
+                    format!("optical depth of {}", table.spec()),
+                    format!(
+                        "expected {:?} nodes as the first shape has, found {:?}",
+                        optical_depth[0].grid().nodes,
+                        table.grid().nodes
+                    ),
+                ));
+            }
+        }
+        let names = std::iter::once(UNIFORM.to_owned())
+            .chain(optical_depth.iter().map(|t| t.spec().to_string()))
+            .collect();
+        Ok(Self { optical_depth, names, options, scattering })
+    }
+
+    /// Computes tables. The same options give the same bytes, whatever the number of threads.
+    pub fn bake(options: &BakeOptions, progress: &dyn Progress) -> Result<Self> {
+        let shapes = options.shapes.iter();
+        let optical_depth: Result<Vec<_>> = shapes
+            .map(|spec| OpticalDepthTable::bake(*spec, &options.optical_depth, progress))
+            .collect();
+        let optical_depth = optical_depth?;
+        let media = options.media.iter();
+        let scattering: Result<Vec<_>> = media
+            .map(|(phase, albedo)| {
+                ScatteringTable::bake(*phase, *albedo, &options.scattering, progress)
+            })
+            .collect();
+        Self::new(optical_depth, options.optical_depth, scattering?)
+    }
+
+    /// The set with a scattering table of this medium: its own, the cached one of an earlier
+    /// run, or one that is computed now, which takes some seconds.
+    pub fn with_scattering_for(
+        mut self,
+        phase: &Phase,
+        albedo: f64,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        if self.scattering_for(phase, albedo).is_none() {
+            self.scattering.push(cache::scattering(phase, albedo, progress)?);
+        }
+        Ok(self)
+    }
+
+    /// The scattering table of a medium.
+    pub fn scattering_for(&self, phase: &Phase, albedo: f64) -> Option<&ScatteringTable> {
+        self.scattering.iter().find(|t| t.phase() == phase && t.albedo() == albedo)
+    }
+
+    /// All scattering tables.
+    pub fn scattering(&self) -> &[ScatteringTable] {
+        &self.scattering
+    }
+
+    /// The media that the set has scattering tables of, for people.
+    pub fn media(&self) -> String {
+        let media = self.scattering.iter().map(|t| format!("{} with {}", t.phase(), t.albedo()));
+        let media: Vec<_> = media.collect();
+        if media.is_empty() { "none".to_owned() } else { media.join(", ") }
+    }
+
+    /// Names of the shapes; the first is always `uniform`, which needs no table.
+    pub fn shape_names(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().map(String::as_str)
+    }
+
+    /// Index of a shape by name.
+    pub fn shape_index(&self, name: &str) -> Option<u32> {
+        self.names.iter().position(|n| n == name).map(|i| i as u32)
+    }
+
+    /// Mean density of a shape over its unit sphere, 0..1; 0 where there is no such shape.
+    pub fn mean_density(&self, shape: u32) -> f64 {
+        match shape {
+            0 => 1.0,
+            _ => self.table(shape).map_or(0.0, OpticalDepthTable::mean_density),
+        }
+    }
+
+    /// What the tables know of the chord between two points of the unit sphere, in the axes of
+    /// the particle; the twin of `chord_profile` in the shader.
+    pub fn chord_profile(&self, shape: u32, entry: glam::DVec3, exit: glam::DVec3) -> ChordProfile {
+        match self.table(shape) {
+            Some(table) => table.profile(entry, exit),
+            None => ChordProfile::UNIFORM,
+        }
+    }
+
+    /// The tables of the noise shapes; shape 1 is the first.
+    pub fn optical_depth(&self) -> &[OpticalDepthTable] {
+        &self.optical_depth
+    }
+
+    /// How the tables of the noise shapes were computed.
+    pub fn optical_depth_options(&self) -> &OpticalDepthOptions {
+        &self.options
+    }
+
+    /// What the file says about itself.
+    pub fn description(&self) -> Description {
+        Description::of(self)
+    }
+
+    fn table(&self, shape: u32) -> Option<&OpticalDepthTable> {
+        self.optical_depth.get((shape as usize).checked_sub(1)?)
+    }
+}

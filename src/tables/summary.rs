@@ -1,0 +1,76 @@
+//! What is in a set of tables, in lines for people.
+
+use super::TableSet;
+use super::scattering::RadiusReport;
+
+/// Bytes of a value of an optical depth table.
+const TEXEL_BYTES: usize = 4;
+
+impl TableSet {
+    /// Shapes, parameters, bytes and the errors measured when the tables were baked.
+    pub fn summary(&self) -> Vec<String> {
+        let description = self.description();
+        let depth = &description.optical_depth;
+        let options = &depth.options;
+        let mut lines = vec![
+            format!("format {}, made by {}", description.format, description.generator),
+            format!("parameters {}", description.parameters),
+            format!(
+                "optical depth: {} noise shapes and uniform; mapping {}, {} x {} x {} x {} nodes",
+                depth.shapes.len(),
+                depth.mapping,
+                options.direction,
+                options.direction,
+                options.disc,
+                options.disc,
+            ),
+            format!(
+                "  {}; fitted to {} random chords a cell in {} steps, seed {}",
+                depth.encoding, options.rays_per_cell, options.iterations, options.seed
+            ),
+        ];
+        for (table, shape) in self.optical_depth().iter().zip(&depth.shapes) {
+            lines.push(format!(
+                "  {}: mean density {:.4}, {:.2} MiB; error of transmittance on {} random chords:",
+                shape.shape,
+                shape.mean_density,
+                mib(table.texels().len() * TEXEL_BYTES),
+                shape.errors.rays,
+            ));
+            for e in &shape.errors.depths {
+                lines.push(format!(
+                    "    central optical depth {:>2}: RMS {:.4}, 99 % below {:.4}; parts of chords RMS {:.4} (shared by length {:.4})",
+                    e.central_depth, e.rms, e.p99, e.part_rms, e.part_rms_by_length
+                ));
+            }
+        }
+        for (table, medium) in self.scattering().iter().zip(&description.scattering.media) {
+            let [radii, incidences, azimuths, angles] = medium.resolution;
+            let [least, most] = medium.optical_radius;
+            lines.push(format!(
+                "scattering: {}, albedo {}; {radii} optical radii {least} to {most} x {incidences} \
+                 incidences x {azimuths} azimuths x {angles} view-sun angles, {:.2} MiB",
+                medium.phase,
+                medium.albedo,
+                mib(size_of_val(table.values())),
+            ));
+            lines.extend(medium.report.radii.iter().map(radius_line));
+        }
+        lines
+    }
+}
+
+fn radius_line(radius: &RadiusReport) -> String {
+    let energy = radius.conservation.map_or(String::new(), |[low, high]| {
+        format!(", energy out over energy in {low:.4} to {high:.4} before it was balanced")
+    });
+    format!(
+        "  optical radius {:8.3}: {} photons, {:.2} scatterings each, {:.1e} of all beyond the \
+         64th{energy}",
+        radius.optical_radius, radius.photons, radius.mean_orders, radius.beyond_64
+    )
+}
+
+fn mib(bytes: usize) -> f64 {
+    bytes as f64 / f64::from(1 << 20)
+}

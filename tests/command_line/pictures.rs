@@ -1,0 +1,103 @@
+//! Single pictures.
+
+use super::{Place, pixels};
+
+#[test]
+fn a_picture_of_the_asked_size_with_a_cloud_in_it() {
+    let place = Place::new();
+    let run = place.works("render --scene small.toml --size 33x17 --out new/a.png");
+    assert_eq!(run.out, "new/a.png\n");
+    let picture = pixels(&place.path("new/a.png"));
+    assert_eq!(picture.dimensions(), (33, 17));
+    // The camera looks at the particle's middle; corners show the uniform sky.
+    let (corner, middle) = (picture.get_pixel(0, 0).0, picture.get_pixel(16, 8).0);
+    assert!(middle[1].abs_diff(corner[1]) > 10, "corner {corner:?}, middle {middle:?}");
+    assert_eq!(place.names("new"), ["a.png"]);
+}
+
+#[test]
+fn linear_radiance_in_the_scenes_unit() {
+    let place = Place::new();
+    place.works("render --scene small.toml --size 16x16 --out a.exr");
+    let picture = image::open(place.path("a.exr")).expect("an EXR").into_rgba32f();
+    assert_eq!(picture.dimensions(), (16, 16));
+    // A corner looks past the particle: the sky's radiance to the last bit of a 32-bit float, and
+    // no opacity.
+    assert_eq!(picture.get_pixel(0, 0).0, [0.05, 0.05, 0.05, 0.0]);
+    assert!(picture.get_pixel(8, 8).0[3] > 0.5, "{:?}", picture.get_pixel(8, 8));
+}
+
+#[test]
+fn the_smallest_and_the_oddest_sizes() {
+    let place = Place::new();
+    for size in ["1x1", "1x64", "64x1", "7x5"] {
+        place.works(&format!("render --scene small.toml --size {size} --out {size}.png"));
+        let picture = pixels(&place.path(&format!("{size}.png")));
+        assert_eq!(format!("{}x{}", picture.width(), picture.height()), size);
+    }
+}
+
+#[test]
+fn the_same_command_gives_the_same_bytes() {
+    let place = Place::new();
+    // The built-in scene, so that all passes take part.
+    for (name, format) in [("a", "png"), ("b", "exr")] {
+        let out = |run: u32| format!("{name}{run}.{format}");
+        let bytes = [0, 1].map(|run| {
+            place
+                .works(&format!("render --size 64x36 --time 12.5 --preset low --out {}", out(run)));
+            place.read(&out(run))
+        });
+        assert!(bytes[0] == bytes[1], "two runs made different {format} files");
+    }
+}
+
+#[test]
+fn time_and_preset_matter() {
+    let place = Place::new();
+    let render = |name: &str, options: &str| {
+        place.works(&format!("render --size 64x36 {options} --out {name}.exr"));
+        place.read(&format!("{name}.exr"))
+    };
+    let first = render("a", "--preset low");
+    assert!(first != render("b", "--preset low --time 600"), "ten minutes changed nothing");
+    assert!(first != render("c", "--preset ultra"), "the preset changed nothing");
+}
+
+#[test]
+fn statistics_say_what_was_done() {
+    let place = Place::new();
+    let run =
+        place.works("render --scene small.toml --size 32x32 --timings --stats s.json --out a.png");
+    assert_eq!(run.out, "a.png\ns.json\n");
+    for pass in ["blend", "tonemap", "rings"] {
+        assert!(run.err.contains(pass), "{}", run.err);
+    }
+    let stats: serde_json::Value = serde_json::from_slice(&place.read("s.json")).expect("JSON");
+    let frame = &stats[0];
+    assert_eq!(frame["counters"]["particles_generated"], 1);
+    assert_eq!(frame["counters"]["particles_visible"], 1);
+    assert_eq!(frame["counters"]["overflowed"], 0);
+    let passes = frame["passes"].as_array().expect("a list");
+    let rings = passes.iter().find(|p| p["name"] == "rings").expect("the pass");
+    assert_eq!(rings["ran"], false, "{rings}");
+    assert!(rings["reason"].as_str().is_some_and(|r| !r.is_empty()), "{rings}");
+}
+
+/// `cumuli info | head -1` and the like.
+#[cfg(unix)]
+#[test]
+fn a_reader_that_has_gone_is_no_error() {
+    use std::process::Stdio;
+    let place = Place::new();
+    let mut child = place
+        .command("render --scene small.toml --size 16x9 --out a.png")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    drop(child.stdout.take());
+    drop(child.stderr.take());
+    assert_eq!(child.wait().expect("an end").code(), Some(0));
+    assert_eq!(pixels(&place.path("a.png")).dimensions(), (16, 9));
+}
