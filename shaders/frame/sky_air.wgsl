@@ -12,8 +12,9 @@
 @group(0) @binding(0) var sources: texture_storage_3d<rgba16float, write>;
 @group(0) @binding(1) var depths_over: texture_storage_2d<rgba16float, write>;
 
-// Steps between two distances of the table.
-const STEPS: u32 = 3u;
+// Steps between two distances of the table: the first and the last.
+const LEAST_STEPS: f32 = 1.0;
+const MOST_STEPS: f32 = 24.0;
 // Optical depth from which on the rest of the light does not show in 8 bits by far.
 const MOST_DEPTH: f32 = 30.0;
 // Below this opacity the ratio of the two sums is taken at the start of the ray, in the limit.
@@ -50,8 +51,9 @@ fn sky_air(@builtin(global_invocation_id) id: vec3<u32>) {
         if slice > 0u {
             let w = f32(slice) / (AIR_SIZE.z - 1.0);
             let end = clamp(span.x + air_distance(w, reach), begin, leave);
-            let step = (end - begin) / f32(STEPS);
-            for (var i = 0u; i < STEPS; i++) {
+            let steps = u32(mix(LEAST_STEPS, MOST_STEPS, w * w * w * w));
+            let step = (end - begin) / f32(steps);
+            for (var i = 0u; i < steps; i++) {
                 sum = gather(ray, phases, begin + f32(i) * step, begin + f32(i + 1u) * step, sum);
             }
             begin = end;

@@ -181,7 +181,7 @@ const MULTIPLE_SIZE: vec2<f32> = vec2(32.0, 32.0); // sun's height, altitude
 const GROUND_SIZE: f32 = 64.0;                     // sun's height
 const ALTITUDE_SIZE: vec2<f32> = vec2(64.0, 3.0);  // altitude; sun, above, below
 const VIEW_SIZE: vec2<f32> = vec2(64.0, 192.0);    // azimuth, elevation
-const AIR_SIZE: vec3<f32> = vec3(32.0, 64.0, 32.0); // azimuth, elevation, distance
+const AIR_SIZE: vec3<f32> = vec3(32.0, 96.0, 40.0); // azimuth, elevation, distance
 
 // Directions around the camera: x = sin of half the azimuth from the sun, dense around the sun and
 // even at both ends; y = elevation in two halves that meet at the horizon without mixing, each

@@ -1,5 +1,8 @@
 //! Plain Rust twins of the shader functions, for the tests, for quantities the host needs itself,
 //! and for the reference. One file per WGSL file of the same stem.
 
+pub mod atmosphere;
 pub mod noise;
 pub mod rings;
+pub mod sky;
+pub mod sky_march;

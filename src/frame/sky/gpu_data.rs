@@ -60,14 +60,14 @@ pub fn seen_from(camera_altitude: f64) -> f64 {
 }
 
 /// The disc's brightness across, relative to its middle; `x` from 0 to 1 + rim.
-fn disc_profile(x: f64) -> f64 {
+pub fn disc_profile(x: f64) -> f64 {
     let limb = 1.0 - LIMB_DARKENING * (1.0 - (1.0 - x * x).max(0.0).sqrt());
     let t = ((x - (1.0 - DISC_RIM)) / (2.0 * DISC_RIM)).clamp(0.0, 1.0);
     limb * (1.0 - t * t * (3.0 - 2.0 * t))
 }
 
 /// Radiance of the middle of a disc of this radius (rad) that gives unit irradiance, 1/sr.
-fn disc_peak(radius: f64) -> f64 {
+pub fn disc_peak(radius: f64) -> f64 {
     // In the chord c = 2 sin(angle / 2) the solid angle is exactly 2 pi c dc; the midpoint rule
     // with this many rings is within 1e-5.
     const RINGS: usize = 1024;

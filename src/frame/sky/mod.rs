@@ -9,6 +9,8 @@
 pub mod gpu_data;
 pub mod spectrum;
 pub mod tables;
+#[cfg(test)]
+mod tests;
 
 use glam::Vec3;
 

@@ -87,3 +87,7 @@ pub fn reflectance(colour: DVec3) -> DVec4 {
     let deviation = rows[0] * weights.x + rows[1] * weights.y + rows[2] * weights.z;
     (deviation + grey).clamp(DVec4::ZERO, DVec4::ONE)
 }
+
+#[cfg(test)]
+#[path = "spectrum_tests.rs"]
+mod tests;

@@ -17,7 +17,7 @@ pub const ALTITUDE_SIZE: [u32; 2] = [64, 3];
 /// Azimuth, elevation.
 pub const VIEW_SIZE: [u32; 2] = [64, 192];
 /// Azimuth, elevation, distance.
-pub const AIR_SIZE: [u32; 3] = [32, 64, 32];
+pub const AIR_SIZE: [u32; 3] = [32, 96, 40];
 
 /// The tables in the order they are made.
 pub struct SkyTables {

@@ -1,0 +1,156 @@
+//! Twin of `shaders/shared/sky.wgsl`: the sky as other code asks for it, with rays marched where the
+//! shader reads tables of the view. Radiances are linear sRGB in the unit of the sun's irradiance.
+
+use glam::{DVec3, DVec4};
+use std::f64::consts::PI;
+
+use super::atmosphere::{air_span, distance_to_ground, horizon_squared};
+use super::sky_march::{Air, AirRay, sun_mu_along};
+use crate::frame::sky::gpu_data::{PLANET_RADIUS, disc_peak, disc_profile, seen_from};
+use crate::frame::sky::spectrum::{Coefficients, reflectance, to_rgb};
+use crate::frame::sky::{SkyInputs, SkyKind};
+
+/// Radiance and transmittance of the air before a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AirBetween {
+    /// rgb.
+    pub inscatter: DVec3,
+    /// rgb.
+    pub transmittance: DVec3,
+}
+
+/// A sky as seen by one camera.
+#[derive(Clone, Debug)]
+pub struct Sky {
+    inputs: SkyInputs,
+    air: Air,
+    altitude: f64,
+    sun: DVec3,
+    irradiance: f64,
+    steps: u32,
+}
+
+fn colour(light: DVec4) -> DVec3 {
+    to_rgb(light).max(DVec3::ZERO)
+}
+
+impl Sky {
+    /// Makes the tables of the air; rays will be marched in `steps` steps.
+    pub fn new(inputs: &SkyInputs, steps: u32) -> Self {
+        let albedo = reflectance(inputs.ground_albedo.as_dvec3());
+        Self {
+            inputs: *inputs,
+            air: Air::new(Coefficients::earth(), albedo),
+            altitude: seen_from(inputs.camera_altitude),
+            sun: inputs.sun_direction.as_dvec3(),
+            irradiance: f64::from(inputs.sun_irradiance),
+            steps,
+        }
+    }
+
+    /// The tables that do not depend on the view.
+    pub fn air(&self) -> &Air {
+        &self.air
+    }
+
+    fn uniform(&self) -> Option<DVec3> {
+        match self.inputs.kind {
+            SkyKind::Uniform { radiance } => Some(DVec3::splat(f64::from(radiance))),
+            SkyKind::Atmosphere => None,
+        }
+    }
+
+    fn ray(&self, dir: DVec3) -> AirRay {
+        AirRay {
+            altitude: self.altitude,
+            mu: dir.y,
+            sun_mu: self.sun.y,
+            cos_sun: dir.dot(self.sun).clamp(-1.0, 1.0),
+        }
+    }
+
+    /// Radiance of the sky without the sun's disc; below the horizon the bare ground.
+    pub fn sky_radiance(&self, dir: DVec3) -> DVec3 {
+        self.uniform().unwrap_or_else(|| {
+            let hits = distance_to_ground(self.altitude, dir.y) >= 0.0;
+            colour(self.air.gather_all(self.ray(dir), hits, self.steps).radiance) * self.irradiance
+        })
+    }
+
+    /// Radiance of the sun's disc.
+    pub fn sun_disc_radiance(&self, dir: DVec3) -> DVec3 {
+        let radius = f64::from(self.inputs.angular_diameter) / 2.0;
+        let bare = disc_profile(dir.distance(self.sun) / radius) * disc_peak(radius);
+        if bare <= 0.0 || self.uniform().is_some() {
+            return DVec3::splat(bare * self.irradiance);
+        }
+        if distance_to_ground(self.altitude, dir.y) >= 0.0 {
+            return DVec3::ZERO;
+        }
+        self.air_between(dir, f64::INFINITY).transmittance * bare * self.irradiance
+    }
+
+    /// Irradiance of the sun on a surface that faces it, after the air. Altitude in m.
+    pub fn sun_irradiance_at(&self, altitude: f64) -> DVec3 {
+        let light = match self.uniform() {
+            Some(_) => DVec3::ONE,
+            None => colour(self.air.sunlight(altitude, self.sun.y)),
+        };
+        light * self.irradiance
+    }
+
+    /// Mean radiance of the upper hemisphere, without the sun's disc. Altitude in m.
+    pub fn sky_ambient_above(&self, altitude: f64) -> DVec3 {
+        self.uniform().unwrap_or_else(|| {
+            colour(self.air.hemisphere(altitude.max(0.0), self.sun.y, true)) * self.irradiance
+        })
+    }
+
+    /// Mean radiance of the lower hemisphere. Altitude in m.
+    pub fn sky_ambient_below(&self, altitude: f64) -> DVec3 {
+        self.uniform().unwrap_or_else(|| {
+            colour(self.air.hemisphere(altitude.max(0.0), self.sun.y, false)) * self.irradiance
+        })
+    }
+
+    /// The air between the camera and a place at this distance, m, up to infinity.
+    pub fn air_between(&self, dir: DVec3, distance: f64) -> AirBetween {
+        if self.uniform().is_some() {
+            return AirBetween { inscatter: DVec3::ZERO, transmittance: DVec3::ONE };
+        }
+        let span = air_span(self.altitude, dir.y);
+        let end = distance.clamp(span.0, span.1);
+        let gathered = self.air.gather_between(&self.ray(dir), span.0, end, self.steps);
+        AirBetween {
+            inscatter: colour(gathered.radiance) * self.irradiance,
+            transmittance: colour((-gathered.optical_depth).exp()),
+        }
+    }
+
+    /// Distance to the ground, m; -1 where there is none.
+    pub fn ground_distance(&self, dir: DVec3) -> f64 {
+        distance_to_ground(self.altitude, dir.y)
+    }
+
+    /// Radiance of the ground at a distance (m), before the air in front of it; `sun_visibility`
+    /// is the share of the sunlight that the clouds let through.
+    pub fn ground_radiance(&self, dir: DVec3, distance: f64, sun_visibility: f64) -> DVec3 {
+        let sun_mu = sun_mu_along(&self.ray(dir), 0.0, distance);
+        let albedo = self.inputs.ground_albedo.as_dvec3();
+        let level = sun_mu.max(0.0) * sun_visibility;
+        let light = match self.uniform() {
+            Some(radiance) => DVec3::splat(level * self.irradiance) + radiance * PI,
+            None => {
+                let place = glam::DVec2::new(super::atmosphere::sun_place(sun_mu), 0.0);
+                let direct = self.air.sunlight(0.0, sun_mu) * level;
+                colour(direct + self.air.ground.at(place)) * self.irradiance
+            }
+        };
+        albedo / PI * light
+    }
+
+    /// Angle from the horizontal down to the horizon, rad.
+    pub fn horizon_dip(&self) -> f64 {
+        horizon_squared(self.altitude).sqrt().atan2(PLANET_RADIUS)
+    }
+}
