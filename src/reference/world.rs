@@ -5,16 +5,26 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
+use super::atmosphere_sky::AtmosphereSky;
 use super::particles::{ParticleGrid, WorldParticle};
 use super::picture::Film;
-use super::transport::{Matter, Surroundings};
+use super::transport::Matter;
 use super::uniform_sky::{SunDisc, UniformSky};
 use crate::frame::gpu_data::Particle;
 use crate::frame::population::Shapes;
+use crate::frame::renderer::sky_inputs;
 use crate::medium::Shape;
 use crate::scene::{Camera, Scene, Sky};
 use crate::tables::TableSet;
 use crate::{Error, Result};
+
+/// The kinds of surroundings.
+pub enum Place {
+    /// The same light from everywhere.
+    Uniform(UniformSky),
+    /// The clear atmosphere.
+    Air(Box<AtmosphereSky>),
+}
 
 /// Everything a path needs, at one time.
 pub struct World {
@@ -23,7 +33,7 @@ pub struct World {
     /// What they are made of.
     pub matter: Matter,
     /// Sky, sun, ground.
-    pub surroundings: UniformSky,
+    pub surroundings: Place,
     /// The eye.
     pub camera: Camera,
 }
@@ -34,27 +44,31 @@ impl World {
         let shapes = Shapes::new(tables);
         let particles = shapes.populate(scene, time)?;
         let medium = ParticleGrid::new(place(&particles, &shapes, scene.camera.position)?);
-        let matter =
-            Matter { phase: scene.medium.phase.prepare(), albedo: scene.medium.albedo };
-        let sun = (scene.sun.irradiance > 0.0).then(|| {
-            SunDisc::new(
-                scene.sun.direction,
-                DVec3::splat(scene.sun.irradiance),
-                scene.sun.angular_diameter.to_radians(),
-            )
-        });
-        let radiance = match scene.sky {
-            Sky::Uniform { radiance } => DVec3::splat(radiance),
-            Sky::Atmosphere => DVec3::ZERO,
+        let matter = Matter { phase: scene.medium.phase.prepare(), albedo: scene.medium.albedo };
+        let surroundings = match scene.sky {
+            Sky::Uniform { radiance } => Place::Uniform(UniformSky {
+                radiance: DVec3::splat(radiance),
+                sun: (scene.sun.irradiance > 0.0).then(|| {
+                    SunDisc::new(
+                        scene.sun.direction,
+                        DVec3::splat(scene.sun.irradiance),
+                        scene.sun.angular_diameter.to_radians(),
+                    )
+                }),
+                ground: scene.effective_ground().map(|g| g.albedo),
+            }),
+            Sky::Atmosphere => Place::Air(Box::new(AtmosphereSky::new(&sky_inputs(scene)))),
         };
-        let ground = scene.effective_ground().map(|g| g.albedo);
-        let surroundings = UniformSky { radiance, sun, ground };
         Ok(Self { medium, matter, surroundings, camera: scene.camera })
     }
 
     /// Adds samples to a picture.
     pub fn expose(&self, film: &mut Film, seed: u64, samples: u32) {
-        film.expose(&self.medium, &self.surroundings, &self.matter, &self.camera, seed, samples);
+        let Self { medium, matter, camera, .. } = self;
+        match &self.surroundings {
+            Place::Uniform(sky) => film.expose(medium, sky, matter, camera, seed, samples),
+            Place::Air(sky) => film.expose(medium, sky.as_ref(), matter, camera, seed, samples),
+        }
     }
 }
 
