@@ -2,4 +2,8 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod noise;
 mod numerics;
+mod rings;
+mod scan;
+mod sort;
