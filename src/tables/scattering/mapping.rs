@@ -83,7 +83,11 @@ impl ViewSunMap {
         // The coordinate rises with the angle; 60 halvings exhaust f64.
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if self.coordinate(f64::sin(middle)) < coordinate { low = middle } else { high = middle }
+            if self.coordinate(f64::sin(middle)) < coordinate {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         low + high
     }

@@ -52,11 +52,7 @@ pub struct ScatteringOptions {
 
 impl Default for ScatteringOptions {
     fn default() -> Self {
-        Self {
-            resolution: [24, 16, 16, 32],
-            optical_radius: [0.05, 100.0],
-            events: 8_000_000,
-        }
+        Self { resolution: [24, 16, 16, 32], optical_radius: [0.05, 100.0], events: 8_000_000 }
     }
 }
 
@@ -105,7 +101,10 @@ fn check_shape(resolution: [usize; 4], optical_radius: [f64; 2]) -> Result<()> {
     if !(low >= OPTICAL_RADII[0] && high <= OPTICAL_RADII[1] && low < high) {
         return Err(Error::input(
             format!("optical radius range {low}..{high}"),
-            format!("expected two rising numbers between {} and {}", OPTICAL_RADII[0], OPTICAL_RADII[1]),
+            format!(
+                "expected two rising numbers between {} and {}",
+                OPTICAL_RADII[0], OPTICAL_RADII[1]
+            ),
         ));
     }
     Ok(())

@@ -32,7 +32,8 @@ impl RadiusReport {
     pub fn new(optical_radius: f64, by_order: &[f64], photons: u64, scales: &[f64]) -> Self {
         let total: f64 = by_order.iter().sum();
         let last = by_order.last().copied().unwrap_or(0.0);
-        let fold = |start: f64, f: fn(f64, f64) -> f64| scales.iter().map(|s| 1.0 / s).fold(start, f);
+        let fold =
+            |start: f64, f: fn(f64, f64) -> f64| scales.iter().map(|s| 1.0 / s).fold(start, f);
         Self {
             optical_radius,
             photons,

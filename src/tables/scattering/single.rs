@@ -111,10 +111,7 @@ mod tests {
                         let g = Geometry { incidence, azimuth, view_sun };
                         let (got, want) = (single_source(&g, r), brute(&g, r));
                         // The midpoint sum itself is good to about 1e-6 of the brightest ray.
-                        assert!(
-                            (got - want).abs() < 2e-6 + 1e-4 * want,
-                            "{r} {g:?}: {got} {want}"
-                        );
+                        assert!((got - want).abs() < 2e-6 + 1e-4 * want, "{r} {g:?}: {got} {want}");
                     }
                 }
             }

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use crate::medium::Phase;
 use super::super::mapping::ViewSunMap;
+use crate::medium::Phase;
 
 /// Knots of equal probability. Between two of them 1 - cos is taken as evenly distributed; with
 /// 16384 the density then is off by less than 1e-3 even in the narrowest lobe.
@@ -33,8 +33,10 @@ impl AngleSampler {
         for k in 0..CELLS {
             let (from, to) = (place(k), place(k + 1).min(2.0));
             let middle = 0.5 * (from + to);
-            let mean =
-                (prepared.eval(1.0 - from) + 4.0 * prepared.eval(1.0 - middle) + prepared.eval(1.0 - to)) / 6.0;
+            let mean = (prepared.eval(1.0 - from)
+                + 4.0 * prepared.eval(1.0 - middle)
+                + prepared.eval(1.0 - to))
+                / 6.0;
             total += 2.0 * PI * mean * (to - from);
             sums.push((total, to));
         }

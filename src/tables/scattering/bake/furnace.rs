@@ -4,10 +4,10 @@
 //! the proportions of the source; with albedo 1 nothing is lost, so the source integrates to 1
 //! over all sun directions.
 
-use super::GaussRule;
 use super::super::CHANNELS;
 use super::super::mapping::{ViewSunMap, azimuth_angle, azimuth_coordinate, node};
 use super::super::single::opacity;
+use super::GaussRule;
 use crate::medium::Phase;
 
 /// Points of the rule in each cell of the table.
@@ -35,13 +35,21 @@ impl Furnace {
         let rule = GaussRule::new(POINTS);
         let prepared = phase.prepare();
         Self {
-            views: places(&rule, views, |u| map.angle(u), |a| map.coordinate((0.5 * a).sin()), |a| {
-                (a.sin(), prepared.eval(a.cos()))
-            }),
+            views: places(
+                &rule,
+                views,
+                |u| map.angle(u),
+                |a| map.coordinate((0.5 * a).sin()),
+                |a| (a.sin(), prepared.eval(a.cos())),
+            ),
             // Both halves of the circle.
-            azimuths: places(&rule, azimuths, azimuth_angle, |a| azimuth_coordinate(a.cos()), |_| {
-                (2.0, 1.0)
-            }),
+            azimuths: places(
+                &rule,
+                azimuths,
+                azimuth_angle,
+                |a| azimuth_coordinate(a.cos()),
+                |_| (2.0, 1.0),
+            ),
             stride: views,
         }
     }
@@ -55,7 +63,8 @@ impl Furnace {
             for v in &self.views {
                 let value = |channel: usize| {
                     let at = |j: usize, k: usize| rows[(j * self.stride + k) * CHANNELS + channel];
-                    let low = (1.0 - v.share) * at(a.index, v.index) + v.share * at(a.index, v.index + 1);
+                    let low =
+                        (1.0 - v.share) * at(a.index, v.index) + v.share * at(a.index, v.index + 1);
                     let high = (1.0 - v.share) * at(a.index + 1, v.index)
                         + v.share * at(a.index + 1, v.index + 1);
                     (1.0 - a.share) * low + a.share * high

@@ -1,9 +1,9 @@
 //! The last flight: the source along a view ray, weighted with the ray's transmittance.
 
-use super::GaussRule;
-use super::grid::FieldGrid;
 use super::super::mapping::Geometry;
 use super::super::single::opacity;
+use super::GaussRule;
+use super::grid::FieldGrid;
 
 /// Points along a ray.
 const POINTS: usize = 32;
@@ -37,7 +37,8 @@ pub fn gather(
             let radius = x.length();
             let zenith = (x.z / radius.max(1e-12)).clamp(-1.0, 1.0).acos();
             let off_axis = x.x.hypot(x.y);
-            let azimuth = if off_axis > 1e-12 { (x.x / off_axis).clamp(-1.0, 1.0).acos() } else { 0.0 };
+            let azimuth =
+                if off_axis > 1e-12 { (x.x / off_axis).clamp(-1.0, 1.0).acos() } else { 0.0 };
             w * emission.at(grid, grid.radius_index(radius), zenith, azimuth, view)
         })
         .sum()

@@ -51,8 +51,7 @@ impl FieldGrid {
     /// Radii crowd at the surface of thick spheres, in steps well below the mean free path.
     pub fn new(size: FieldSize, view_sun: ViewSunMap, optical_radius: f64) -> Self {
         let crowding = optical_radius.max(0.5);
-        let radius_scale =
-            (size.radius - 1) as f64 / (crowding * (1.0 - INNER_RADIUS)).asinh();
+        let radius_scale = (size.radius - 1) as f64 / (crowding * (1.0 - INNER_RADIUS)).asinh();
         Self { size, view_sun, crowding, radius_scale }
     }
 
@@ -93,7 +92,8 @@ impl FieldGrid {
         let (mut diagonal, mut beside) = (vec![0.0; count], vec![0.0; count - 1]);
         for cell in 0..count - 1 {
             let mut add = |f: &dyn Fn(f64) -> f64| {
-                let (outer, inner) = (self.radius_at(cell as f64), self.radius_at(cell as f64 + 1.0));
+                let (outer, inner) =
+                    (self.radius_at(cell as f64), self.radius_at(cell as f64 + 1.0));
                 rule.integrate(inner, outer, |r| f(self.radius_index(r) - cell as f64) * r * r)
             };
             diagonal[cell] += add(&|u| (1.0 - u) * (1.0 - u));
@@ -181,8 +181,12 @@ mod tests {
         let mut b: Vec<f64> = (0..4)
             .flat_map(|i| {
                 let mut v = diagonal[i] * x[i];
-                if i > 0 { v += beside[i - 1] * x[i - 1] }
-                if i < 3 { v += beside[i] * x[i + 1] }
+                if i > 0 {
+                    v += beside[i - 1] * x[i - 1]
+                }
+                if i < 3 {
+                    v += beside[i] * x[i + 1]
+                }
                 [v, 2.0 * v]
             })
             .collect();

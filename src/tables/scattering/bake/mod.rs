@@ -213,7 +213,8 @@ impl TwiceScattered {
                 for (l, moment) in moments.iter().enumerate() {
                     let order = l as f64;
                     sum += (2.0 * order + 1.0) * moment * moment * p;
-                    (before, p) = (p, ((2.0 * order + 1.0) * c * p - order * before) / (order + 1.0));
+                    (before, p) =
+                        (p, ((2.0 * order + 1.0) * c * p - order * before) / (order + 1.0));
                 }
                 (sum / (4.0 * std::f64::consts::PI)).max(0.0)
             })

@@ -48,7 +48,8 @@ impl Tracer<'_> {
         let mut recorded = 0;
         while recorded < events {
             // The golden ratio's multiples fill the disc evenly.
-            let disc = (tally.photons as f64 * 0.618_033_988_749_894_9 + f64::from(offset)).fract() as f32;
+            let disc =
+                (tally.photons as f64 * 0.618_033_988_749_894_9 + f64::from(offset)).fract() as f32;
             tally.photons += 1;
             recorded += self.photon(disc, &mut random, &locator, &mut tally);
         }
@@ -147,7 +148,8 @@ impl Locator {
         // 16 bits decide each of the four rounding steps.
         let (a, b) = (random.bits(), random.bits());
         const UNIT: f32 = 1.0 / 65536.0;
-        let up = |at: f32, bits: u32, last: u32| ((at + bits as f32 * UNIT) as u32).min(last) as usize;
+        let up =
+            |at: f32, bits: u32, last: u32| ((at + bits as f32 * UNIT) as u32).min(last) as usize;
         let i = up(at_radius, a & 0xffff, self.last[0]);
         let j = up(at_zenith, a >> 16, self.last[1]);
         let t = up(at_angle, b & 0xffff, self.last[2]);
@@ -170,7 +172,8 @@ fn asinh(x: f32) -> f32 {
 /// Inverse cosine, error below 7e-5 rad (Abramowitz and Stegun 4.4.45): a thousandth of a cell.
 fn acos(c: f32) -> f32 {
     let a = c.abs().min(1.0);
-    let p = (1.0 - a).sqrt() * (1.570_728_8 + a * (-0.212_114_4 + a * (0.074_261 - 0.018_729_3 * a)));
+    let p =
+        (1.0 - a).sqrt() * (1.570_728_8 + a * (-0.212_114_4 + a * (0.074_261 - 0.018_729_3 * a)));
     if c < 0.0 { std::f32::consts::PI - p } else { p }
 }
 

@@ -3,8 +3,8 @@
 
 use std::f64::consts::PI;
 
-use crate::medium::Phase;
 use super::super::mapping::{ViewSunMap, node};
+use crate::medium::Phase;
 
 /// Points of a cell's integration are no further apart than this share of their distance from the
 /// peak of the phase function, or of its width where they are nearer.
@@ -38,7 +38,8 @@ impl Rescatter {
         azimuths: usize,
         shape: &Shape<'_>,
     ) -> Self {
-        let kernel = Kernel { phase: phase.prepare(), width: phase.peak_angle(), map, angles, azimuths };
+        let kernel =
+            Kernel { phase: phase.prepare(), width: phase.peak_angle(), map, angles, azimuths };
         let last = azimuths - 1;
         let cosines: Vec<f64> = (0..azimuths * azimuths)
             .map(|i| (PI * ((i / azimuths) * (i % azimuths)) as f64 / last as f64).cos())
@@ -50,8 +51,9 @@ impl Rescatter {
                 let angle = map.angle(node(view, views));
                 let mut row = vec![0.0; azimuths * angles];
                 for cell in 0..angles {
-                    let means: Vec<f64> =
-                        (0..azimuths).map(|turn| kernel.cell_mean(angle, cell, turn, shape)).collect();
+                    let means: Vec<f64> = (0..azimuths)
+                        .map(|turn| kernel.cell_mean(angle, cell, turn, shape))
+                        .collect();
                     for mode in 0..azimuths {
                         row[mode * angles + cell] = (0..azimuths)
                             .map(|turn| {
@@ -107,9 +109,7 @@ impl Kernel<'_> {
     /// a grid node `turn` azimuth steps away, over the cell's hats times the shape.
     fn cell_mean(&self, angle: f64, cell: usize, turn: usize, shape: &Shape<'_>) -> f64 {
         let step = PI / (self.azimuths - 1) as f64;
-        let at = |index: f64| {
-            self.map.angle((index / (self.angles - 1) as f64).clamp(0.0, 1.0))
-        };
+        let at = |index: f64| self.map.angle((index / (self.angles - 1) as f64).clamp(0.0, 1.0));
         let mut sum = 0.0;
         let mut norm = 0.0;
         for side in [-1.0, 1.0] {
@@ -144,7 +144,11 @@ impl Kernel<'_> {
                 }
             }
         }
-        if norm > 0.0 { sum / norm } else { self.phase.eval(cosine_between(angle, at(cell as f64), turn as f64 * step)) }
+        if norm > 0.0 {
+            sum / norm
+        } else {
+            self.phase.eval(cosine_between(angle, at(cell as f64), turn as f64 * step))
+        }
     }
 }
 
@@ -178,12 +182,14 @@ mod tests {
             let shape = Shape(&|_| 1.0);
             let rescatter = Rescatter::new(&phase, &map, views, angles, azimuths, &shape);
             let rule = crate::tables::scattering::bake::GaussRule::new(8);
-            let hats = crate::tables::scattering::bake::grid::hat_integrals(angles, &rule, |index| {
-                let (a, e) = (index / (angles - 1) as f64, 1e-6);
-                let (low, high) = ((a - e).max(0.0), (a + e).min(1.0));
-                let slope = (map.angle(high) - map.angle(low)) / (high - low) / (angles - 1) as f64;
-                map.angle(a).sin() * slope
-            });
+            let hats =
+                crate::tables::scattering::bake::grid::hat_integrals(angles, &rule, |index| {
+                    let (a, e) = (index / (angles - 1) as f64, 1e-6);
+                    let (low, high) = ((a - e).max(0.0), (a + e).min(1.0));
+                    let slope =
+                        (map.angle(high) - map.angle(low)) / (high - low) / (angles - 1) as f64;
+                    map.angle(a).sin() * slope
+                });
             let weights: Vec<f64> = (0..angles * azimuths)
                 .map(|i| {
                     let k = i % azimuths;
@@ -195,7 +201,12 @@ mod tests {
             rescatter.add(&weights, &mut out);
             for (i, o) in out.iter().enumerate() {
                 // The rule's steps of a third of the peak's width leave half a per cent.
-                assert!((o - 1.0).abs() < 5e-3, "{name} view {} azimuth {}: {o}", i / azimuths, i % azimuths);
+                assert!(
+                    (o - 1.0).abs() < 5e-3,
+                    "{name} view {} azimuth {}: {o}",
+                    i / azimuths,
+                    i % azimuths
+                );
             }
         }
     }
