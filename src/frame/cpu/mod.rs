@@ -4,5 +4,7 @@
 pub mod atmosphere;
 pub mod noise;
 pub mod rings;
+pub mod scan;
 pub mod sky;
 pub mod sky_march;
+pub mod sort;

@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::encoding::{encode, pack};
-use super::grid::{CHANNELS, Grid};
+use super::grid::Grid;
 use super::mapping::HemisphereDisc;
 use super::measure::{CENTRAL_DEPTHS, central_matter, errors, test_chords};
-use super::rays::{Ray, gather};
+use super::rays::{Draws, Ray, gather};
 use super::table::OpticalDepthTable;
 use crate::error::{Error, Result};
 use crate::medium::{Shape, ShapeKind, ShapeSpec};
@@ -46,7 +46,8 @@ const LEAST_WEIGHT: f32 = 1e-4;
 const RAYS: std::ops::RangeInclusive<usize> = 1..=256;
 
 impl OpticalDepthOptions {
-    fn check(&self) -> Result<Grid> {
+    /// Whether a table can be baked so; its grid.
+    pub(crate) fn check(&self) -> Result<Grid> {
         let nodes = super::table::NODES;
         let fields = [
             ("nodes of the disc", self.disc, nodes.clone()),
@@ -65,6 +66,17 @@ impl OpticalDepthOptions {
         }
         Ok(Grid { nodes: [self.disc, self.disc, self.direction, self.direction] })
     }
+}
+
+/// Whether a shape has a table.
+pub(crate) fn check_shape(spec: ShapeSpec) -> Result<()> {
+    if spec.kind == ShapeKind::Uniform {
+        return Err(Error::input(
+            "shape uniform",
+            "expected a noise shape: the uniform one is exact without a table",
+        ));
+    }
+    Ok(())
 }
 
 /// How much an error of a chord's mean density matters: the squared derivative of transmittance
@@ -89,12 +101,7 @@ impl OpticalDepthTable {
         options: &OpticalDepthOptions,
         progress: &dyn Progress,
     ) -> Result<Self> {
-        if spec.kind == ShapeKind::Uniform {
-            return Err(Error::input(
-                "shape uniform",
-                "expected a noise shape: the uniform one is exact without a table",
-            ));
-        }
+        check_shape(spec)?;
         let grid = options.check()?;
         let shape = Shape::new(spec);
         let central = central_matter(&shape);
@@ -105,14 +112,11 @@ impl OpticalDepthTable {
         let samples = gather(
             &shape,
             &HemisphereDisc,
-            grid,
-            options.rays_per_cell,
-            options.seed,
+            &Draws { grid, per_cell: options.rays_per_cell, seed: options.seed },
             encode_ray,
             progress,
         );
-        let values: Vec<[f32; CHANNELS]> = samples.fit(options.iterations);
-        let texels = values.into_iter().map(pack).collect();
+        let texels = samples.fit(options.iterations).into_iter().map(pack).collect();
         let mut table =
             Self::from_parts(spec, shape.mean_density(), grid, texels, Default::default())?;
         let chords = test_chords(&shape, TEST_CHORDS, TEST_SEED);

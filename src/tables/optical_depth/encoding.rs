@@ -6,8 +6,9 @@
 //! the RMS error of transmittance is 0.7 of that of plain densities, at 50 it is 0.5. Ten bits add
 //! 0.001 at central optical depth 10 before filtering averages it down.
 
+use glam::Vec4;
+
 use super::PARTS;
-use super::grid::CHANNELS;
 
 /// Name in table files.
 pub const NAME: &str = "square roots of thirds, rgb10a2unorm";
@@ -20,26 +21,25 @@ const BITS: u32 = 10;
 pub(super) const UNUSED: u32 = 0xc000_0000;
 
 /// Densities to what is stored and filtered.
-pub(super) fn encode(densities: [f32; PARTS]) -> [f32; CHANNELS] {
+pub(super) fn encode(densities: [f32; PARTS]) -> Vec4 {
     let [a, b, c] = densities.map(|d| d.max(0.0).sqrt());
-    [a, b, c, 0.0]
+    Vec4::new(a, b, c, 0.0)
 }
 
 /// What is stored and filtered, to densities.
-pub(super) fn decode(channels: [f32; CHANNELS]) -> [f32; PARTS] {
-    let [a, b, c, _] = channels;
-    [a * a, b * b, c * c]
+pub(super) fn decode(channels: Vec4) -> [f32; PARTS] {
+    (channels * channels).truncate().to_array()
 }
 
 /// Rounds channels to a texel.
-pub(super) fn pack(channels: [f32; CHANNELS]) -> u32 {
+pub(super) fn pack(channels: Vec4) -> u32 {
     let bits = |c: f32| (c.clamp(0.0, 1.0) * LARGEST).round() as u32;
-    let [a, b, c, _] = channels;
+    let [a, b, c, _] = channels.to_array();
     bits(a) | bits(b) << BITS | bits(c) << (2 * BITS)
 }
 
 /// The channels of a texel, as a texture gives them.
-pub(super) fn unpack(texel: u32) -> [f32; CHANNELS] {
+pub(super) fn unpack(texel: u32) -> Vec4 {
     let channel = |i: u32| (texel >> (BITS * i) & 0x3ff) as f32 / LARGEST;
-    [channel(0), channel(1), channel(2), 0.0]
+    Vec4::new(channel(0), channel(1), channel(2), 0.0)
 }

@@ -1,10 +1,11 @@
 //! Chords at random places of every cell, integrated through the density volume.
 
+use glam::{DVec4, Vec4};
 use rayon::prelude::*;
 
 use super::PARTS;
 use super::fit::{Sample, Samples};
-use super::grid::{CHANNELS, Grid};
+use super::grid::Grid;
 use super::mapping::ChordMapping;
 use super::random::Stream;
 use crate::medium::Shape;
@@ -67,17 +68,27 @@ pub struct Ray {
     pub density: f32,
 }
 
-/// Integrates `per_cell` chords in every cell; `encode` makes of each the channels it wants of the
+/// Which random chords.
+#[derive(Clone, Copy, Debug)]
+pub struct Draws {
+    /// The grid in whose cells they lie.
+    pub grid: Grid,
+    /// How many in each cell.
+    pub per_cell: usize,
+    /// Seed of their places.
+    pub seed: u64,
+}
+
+/// Integrates random chords in every cell; `encode` makes of each the channels it wants of the
 /// table and its weight.
 pub fn gather<M: ChordMapping>(
     shape: &Shape,
     mapping: &M,
-    grid: Grid,
-    per_cell: usize,
-    seed: u64,
-    encode: impl Fn(&Ray) -> ([f32; CHANNELS], f32) + Sync,
+    draws: &Draws,
+    encode: impl Fn(&Ray) -> (Vec4, f32) + Sync,
     progress: &dyn Progress,
 ) -> Samples {
+    let Draws { grid, per_cell, seed } = *draws;
     let cells = grid.nodes.map(|n| n - 1);
     let row = cells[0];
     let rows = cells[1..].iter().product::<usize>();
@@ -99,7 +110,7 @@ pub fn gather<M: ChordMapping>(
                     *f = (*f + step).fract();
                 }
                 let at = std::array::from_fn(|a| (corner[a] + fraction[a]) / cells[a] as f64);
-                sample.fraction = fraction.map(|f| f as f32);
+                sample.fraction = DVec4::from_array(fraction).as_vec4();
                 let Some([entry, exit]) = mapping.chord(at) else { continue };
                 let parts = part_means(shape.volume(), entry.as_vec3(), exit.as_vec3());
                 let ray = Ray {

@@ -1,103 +1,119 @@
-//! Development: errors of lookups against traced paths.
+//! Errors of lookups against traced paths. The survey is not a test but the instrument behind the
+//! figures in the module documentation:
+//! `RADII=0.4,6.4 PHASES=hg:0.85 cargo test --lib survey -- --ignored --nocapture`.
+
+use rayon::prelude::*;
+
 use super::mapping::Geometry;
 use super::*;
+use crate::tables::Silent;
+
+/// Errors of one ray, relative to its total radiance.
+struct Row {
+    single: f64,
+    multiple: f64,
+    reference: f64,
+    geometry: Geometry,
+    total: f64,
+}
+
+impl Row {
+    fn of(table: &ScatteringTable, geometry: Geometry, r: f64, paths: u64, seed: u64) -> Self {
+        let phase = table.phase();
+        let want = reference::trace(phase, table.albedo(), &geometry, r, paths, seed);
+        let got = table.lookup_geometry(&geometry, r);
+        let p = phase.eval(geometry.view_sun.cos());
+        let total = p * want.single + want.multiple.mean;
+        Self {
+            single: p * (got[0] - want.single) / total,
+            multiple: (got[1] - want.multiple.mean) / total,
+            reference: want.multiple.error / total,
+            geometry,
+            total,
+        }
+    }
+
+    fn error(&self) -> f64 {
+        self.single + self.multiple
+    }
+}
+
+/// The ray with this number: impact parameters up to 0.95; even numbers look evenly in all
+/// directions, odd ones evenly over the table's view-sun axis.
+fn ray(table: &ScatteringTable, number: u64) -> Geometry {
+    // Multiples of the powers of the plastic number of three dimensions.
+    let share = |k: f64| ((number + 1) as f64 * 1.220_744_084_605_76_f64.powf(-k)).fract();
+    let across = 0.95 * share(1.0).sqrt();
+    let even = (1.0 - 2.0 * share(2.0)).acos();
+    Geometry {
+        incidence: (1.0 - across * across).sqrt(),
+        azimuth: std::f64::consts::PI * share(3.0),
+        view_sun: if number.is_multiple_of(2) { even } else { table.map.angle(share(2.0)) },
+    }
+}
+
+fn statistics(rows: &[&Row], f: impl Fn(&Row) -> f64) -> String {
+    let mut v: Vec<f64> = rows.iter().map(|r| f(r)).collect();
+    let n = v.len() as f64;
+    let mean = v.iter().sum::<f64>() / n;
+    let rms = (v.iter().map(|x| x * x).sum::<f64>() / n).sqrt();
+    v.iter_mut().for_each(|x| *x = x.abs());
+    v.sort_by(f64::total_cmp);
+    let percent = |x: f64| 100.0 * x;
+    format!(
+        "mean {:+6.2} rms {:5.2} p90 {:5.2} max {:5.2}",
+        percent(mean),
+        percent(rms),
+        percent(v[v.len() * 9 / 10]),
+        percent(v[v.len() - 1])
+    )
+}
 
 #[test]
-#[ignore]
+#[ignore = "an instrument that prints, not a test"]
 fn survey() {
-    let names = std::env::var("PHASES").unwrap_or("hg:0.85".into());
-    let rays: u64 = std::env::var("RAYS").map(|v| v.parse().unwrap()).unwrap_or(60);
-    let paths: u64 = std::env::var("PATHS").map(|v| v.parse().unwrap()).unwrap_or(20000);
-    let radii: Vec<f64> = std::env::var("RADII")
-        .unwrap_or("0.1,0.4,1.6,6.4,20,64".into())
-        .split(',')
-        .map(|v| v.parse().unwrap())
-        .collect();
-    let events: u64 = std::env::var("EVENTS").map(|v| v.parse().unwrap()).unwrap_or(8_000_000);
-    for name in names.split(',') {
-        let phase: Phase = name.parse().unwrap();
+    let text = |name: &str, default: &str| std::env::var(name).unwrap_or(default.to_owned());
+    let number = |name: &str, default: &str| text(name, default).parse::<u64>().expect("number");
+    let (rays, paths) = (number("RAYS", "60"), number("PATHS", "20000"));
+    let options = ScatteringOptions { events: number("EVENTS", "8000000"), ..Default::default() };
+    for name in text("PHASES", "hg:0.85").split(',') {
+        let phase: Phase = name.parse().expect("phase");
         let clock = std::time::Instant::now();
-        let table = ScatteringTable::bake(
-            phase,
-            1.0,
-            &ScatteringOptions { events, ..Default::default() },
-            &crate::tables::Silent,
-        )
-        .unwrap();
+        let table = ScatteringTable::bake(phase, 1.0, &options, &Silent).expect("bakes");
         println!("{name}: baked in {:.1} s", clock.elapsed().as_secs_f64());
-        if std::env::var("REPORT").is_ok() {
-            for r in &table.report().radii {
-                println!(
-                    "  R {:8.3} photons {:9} orders {:7.2} beyond {:.1e} conservation {:?}",
-                    r.optical_radius, r.photons, r.mean_orders, r.beyond_64, r.conservation
-                );
-            }
+        if !text("REPORT", "").is_empty() {
+            table.report().radii.iter().for_each(|r| println!("  {r:?}"));
         }
-        for &r in &radii {
-            use rayon::prelude::*;
-            let rows: Vec<_> = (0..rays)
+        for r in text("RADII", "0.1,0.4,1.6,6.4,20,64").split(',') {
+            let r: f64 = r.parse().expect("number");
+            let rows: Vec<Row> = (0..rays)
                 .into_par_iter()
-                .map(|i| {
-                    let h = |k: u64| {
-                        ((i + 1) as f64
-                            * [0.8566748838545029, 0.733891856627126, 0.6287067210378087]
-                                [k as usize])
-                            .fract()
-                    };
-                    let b = 0.95 * h(0).sqrt();
-                    // half of the rays evenly over the sphere of directions, half over the graded axis
-                    let view_sun =
-                        if i % 2 == 0 { (1.0 - 2.0 * h(1)).acos() } else { table.map.angle(h(1)) };
-                    let g = Geometry {
-                        incidence: (1.0 - b * b).sqrt(),
-                        azimuth: std::f64::consts::PI * h(2),
-                        view_sun,
-                    };
-                    let want = reference::trace(&phase, 1.0, &g, r, paths, i);
-                    let got = table.lookup_geometry(&g, r);
-                    let p = phase.eval(view_sun.cos());
-                    let total = p * want.single + want.multiple.mean;
-                    let e1 = p * (got[0] - want.single) / total;
-                    let e2 = (got[1] - want.multiple.mean) / total;
-                    (e1, e2, want.multiple.error / total, g, total, i % 2)
-                })
+                .map(|i| Row::of(&table, ray(&table, i), r, paths, i))
                 .collect();
-            for half in 0..2 {
-                let rows: Vec<_> = rows.iter().filter(|r| r.5 == half).collect();
-                let stat = |f: &dyn Fn(&(f64, f64, f64, Geometry, f64, u64)) -> f64| {
-                    let mut v: Vec<f64> = rows.iter().map(|r| f(r)).collect();
-                    let mean = v.iter().sum::<f64>() / v.len() as f64;
-                    v.iter_mut().for_each(|x| *x = x.abs());
-                    v.sort_by(f64::total_cmp);
-                    let rms = (v.iter().map(|x| x * x).sum::<f64>() / v.len() as f64).sqrt();
-                    format!(
-                        "mean {:+.4} rms {:.4} p90 {:.4} max {:.4}",
-                        mean,
-                        rms,
-                        v[v.len() * 9 / 10],
-                        v[v.len() - 1]
-                    )
-                };
-                let ok =
-                    rows.iter().filter(|r| (r.0 + r.1).abs() < f64::max(0.01, 3.0 * r.2)).count();
+            for (half, label) in ["even", "lobe"].into_iter().enumerate() {
+                let rows: Vec<&Row> = rows.iter().skip(half).step_by(2).collect();
+                let good = rows
+                    .iter()
+                    .filter(|r| r.error().abs() < f64::max(0.01, 3.0 * r.reference))
+                    .count();
                 println!(
-                    "R {r:6.2} {} | single {} | multiple {} | total {} | ref s.e. {} | within {:.0} %",
-                    ["even", "lobe"][half as usize],
-                    stat(&|r| r.0),
-                    stat(&|r| r.1),
-                    stat(&|r| r.0 + r.1),
-                    stat(&|r| r.2),
-                    100.0 * ok as f64 / rows.len() as f64
+                    "R {r:6.2} {label} % | single {} | multiple {} | total {} | s.e. {} | within {:3.0}",
+                    statistics(&rows, |r| r.single),
+                    statistics(&rows, |r| r.multiple),
+                    statistics(&rows, Row::error),
+                    statistics(&rows, |r| r.reference),
+                    100.0 * good as f64 / rows.len() as f64
                 );
-                if std::env::var("WORST").is_ok() {
-                    let mut s: Vec<_> = rows.iter().collect();
-                    s.sort_by(|a, b| (b.0 + b.1).abs().total_cmp(&(a.0 + a.1).abs()));
-                    for r in s.iter().take(5) {
-                        println!(
-                            "    e1 {:+.4} e2 {:+.4} se {:.4} m {:.3} az {:.3} vs {:.4} total {:.5}",
-                            r.0, r.1, r.2, r.3.incidence, r.3.azimuth, r.3.view_sun, r.4
-                        );
-                    }
+                let mut worst = rows;
+                worst.sort_by(|a, b| b.error().abs().total_cmp(&a.error().abs()));
+                for r in worst.iter().take(number("WORST", "0") as usize) {
+                    println!(
+                        "   {:+.4} s.e. {:.4} {:?} {:.4e}",
+                        r.error(),
+                        r.reference,
+                        r.geometry,
+                        r.total
+                    );
                 }
             }
         }

@@ -36,6 +36,25 @@ pub struct ScatteringParams {
     pub padding_b: f32,
 }
 
+#[cfg(test)]
+impl ScatteringParams {
+    /// Name and offset in bytes of every field.
+    pub const FIELDS: &'static [(&'static str, usize)] = &[
+        ("view_nodes", std::mem::offset_of!(ScatteringParams, view_nodes)),
+        ("azimuth_nodes", std::mem::offset_of!(ScatteringParams, azimuth_nodes)),
+        ("incidence_nodes", std::mem::offset_of!(ScatteringParams, incidence_nodes)),
+        ("radius_nodes", std::mem::offset_of!(ScatteringParams, radius_nodes)),
+        ("radius_least", std::mem::offset_of!(ScatteringParams, radius_least)),
+        ("radius_scale", std::mem::offset_of!(ScatteringParams, radius_scale)),
+        ("lobe_inverse", std::mem::offset_of!(ScatteringParams, lobe_inverse)),
+        ("lobe_factor", std::mem::offset_of!(ScatteringParams, lobe_factor)),
+        ("even_factor", std::mem::offset_of!(ScatteringParams, even_factor)),
+        ("albedo", std::mem::offset_of!(ScatteringParams, albedo)),
+        ("padding_a", std::mem::offset_of!(ScatteringParams, padding_a)),
+        ("padding_b", std::mem::offset_of!(ScatteringParams, padding_b)),
+    ];
+}
+
 impl ScatteringTable {
     /// What the shader needs beside the texture.
     pub fn params(&self) -> ScatteringParams {

@@ -69,7 +69,8 @@ impl ScatteringOptions {
         low * (high / low).powf(share)
     }
 
-    fn check(&self, albedo: f64) -> Result<()> {
+    /// Whether a table can be baked so.
+    pub(super) fn check(&self, albedo: f64) -> Result<()> {
         if !(0.0..=1.0).contains(&albedo) {
             return Err(Error::input(
                 format!("albedo {albedo}"),
@@ -207,3 +208,7 @@ impl ScatteringTable {
 
 #[cfg(test)]
 mod accuracy_tests;
+#[cfg(test)]
+mod gpu_tests;
+#[cfg(test)]
+mod tests;

@@ -91,7 +91,7 @@ impl FieldGrid {
         let count = self.size.radius;
         let (mut diagonal, mut beside) = (vec![0.0; count], vec![0.0; count - 1]);
         for cell in 0..count - 1 {
-            let mut add = |f: &dyn Fn(f64) -> f64| {
+            let add = |f: &dyn Fn(f64) -> f64| {
                 let (outer, inner) =
                     (self.radius_at(cell as f64), self.radius_at(cell as f64 + 1.0));
                 rule.integrate(inner, outer, |r| f(self.radius_index(r) - cell as f64) * r * r)

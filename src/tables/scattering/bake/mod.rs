@@ -20,6 +20,8 @@ mod rescatter;
 
 use rayon::prelude::*;
 
+#[cfg(test)]
+pub use furnace::Furnace;
 pub use quadrature::GaussRule;
 
 use self::angles::AngleSampler;
@@ -62,7 +64,6 @@ pub fn bake(
         Rescatter::new(phase, &map, views, FIELD.view_sun, FIELD.azimuth, &Shape(shape))
     };
     let solver = Solver {
-        phase,
         albedo,
         options,
         map,
@@ -85,7 +86,6 @@ pub fn bake(
 }
 
 struct Solver<'a> {
-    phase: &'a Phase,
     albedo: f64,
     options: &'a ScatteringOptions,
     map: ViewSunMap,

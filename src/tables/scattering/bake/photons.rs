@@ -71,7 +71,7 @@ impl Tracer<'_> {
             let exit = if along > 0.0 { inside / (root + along) } else { root - along };
             let collides = -(-r * exit).exp_m1();
             weight *= collides;
-            if !(weight > 0.0) {
+            if weight <= 0.0 {
                 return recorded;
             }
             let flight = (-(1.0 - random.unit() * collides).ln() / r).min(exit);

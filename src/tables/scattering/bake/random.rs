@@ -28,9 +28,4 @@ impl Random {
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 8) as f32 * (1.0 / (1 << 24) as f32)
     }
-
-    /// Uniform in 0..1, 0 excluded: for logarithms.
-    pub fn unit_positive(&mut self) -> f32 {
-        ((self.bits() >> 8) as f32 + 0.5) * (1.0 / (1 << 24) as f32)
-    }
 }
