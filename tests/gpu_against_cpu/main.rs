@@ -4,6 +4,9 @@
 mod common;
 mod noise;
 mod numerics;
+mod pictures;
+mod project;
 mod rings;
 mod scan;
 mod sort;
+mod tile_lists;
