@@ -107,12 +107,12 @@ mod tests {
         gpu.check().expect("a fresh device");
         let beyond = gpu.device.limits().max_buffer_size + 4;
         for label in ["first", "second"] {
-            drop(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            let _ = gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
                 size: beyond,
                 usage: wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
-            }));
+            });
         }
         let message = gpu.wait().expect_err("a buffer beyond the limits").to_string();
         assert!(message.contains("first") && message.contains("maximum buffer size"), "{message}");
