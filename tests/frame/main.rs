@@ -1,7 +1,10 @@
 //! Whole frames on the device: what each pass contributes, what is skipped, energy, extremes.
 
+mod blend;
 mod furnace;
 mod passes;
+mod picture;
+mod shaders;
 mod stress;
 
 use std::path::Path;

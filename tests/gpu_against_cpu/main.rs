@@ -2,11 +2,14 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod growth;
+mod light;
 mod noise;
 mod numerics;
 mod pictures;
 mod project;
 mod rings;
 mod scan;
+mod shadow;
 mod sort;
 mod tile_lists;

@@ -118,7 +118,8 @@ fn too_little_room_is_reported_and_kept_to() {
     let flat: Vec<u32> = twin.concat();
     let (bins, total) = (bin_entries(&case), flat.len());
 
-    // Tiles: what fits is right, the wish is known, nothing stands in the slack of the buffer.
+    // Tiles: what fits is right and the wish is known. The buffer has no slack: devices drop what is
+    // written behind it or put it in the last place, where it would be seen.
     let room = total as u32 / 2;
     let lists = case.run(sorted, bins as u32, room);
     let wanted = words(&lists.tile_offsets, lists.tile_total_index() + 1);

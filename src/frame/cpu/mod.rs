@@ -2,8 +2,10 @@
 //! and for the reference. One file per WGSL file of the same stem.
 
 pub mod atmosphere;
+pub mod blend;
 pub mod light;
 pub mod light_project;
+pub mod lighting;
 pub mod noise;
 pub mod rings;
 pub mod scan;
@@ -13,3 +15,4 @@ pub mod sky;
 pub mod sky_march;
 pub mod sort;
 pub mod tile_lists;
+pub mod tonemap;
