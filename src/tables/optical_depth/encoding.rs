@@ -1,5 +1,6 @@
-//! Texels: the square roots of the parts' mean densities, 10 bits each, in the layout of
-//! `Rgb10a2Unorm` (first part in the lowest bits, the two highest bits 0).
+//! Texels: the square root of a chord's mean density, and the fractions of its length where the
+//! matter begins and ends, 10 bits each, in the layout of `Rgb10a2Unorm` (in this order from the
+//! lowest bits on, the two highest bits 0).
 //!
 //! An error of density matters by `exp(-tau) dtau`, so least where there is most; the square root
 //! puts steps and straightness where there is little. At equal bytes and central optical depth 10
@@ -8,10 +9,10 @@
 
 use glam::Vec4;
 
-use super::PARTS;
+use super::rays::Moments;
 
 /// Name in table files.
-pub const NAME: &str = "square roots of thirds, rgb10a2unorm";
+pub const NAME: &str = "square root of the mean density, start and end of the matter, rgb10a2unorm";
 
 /// Largest value of a channel.
 const LARGEST: f32 = 1023.0;
@@ -20,15 +21,17 @@ const BITS: u32 = 10;
 /// Bits that no channel uses: they are 0 in a sound table.
 pub(super) const UNUSED: u32 = 0xc000_0000;
 
-/// Densities to what is stored and filtered.
-pub(super) fn encode(densities: [f32; PARTS]) -> Vec4 {
-    let [a, b, c] = densities.map(|d| d.max(0.0).sqrt());
-    Vec4::new(a, b, c, 0.0)
+/// What is stored and filtered of a chord.
+pub(super) fn encode(density: &Moments) -> Vec4 {
+    let [start, end] = extent(density);
+    Vec4::new(density.mean.max(0.0).sqrt(), start, end, 0.0)
 }
 
-/// What is stored and filtered, to densities.
-pub(super) fn decode(channels: Vec4) -> [f32; PARTS] {
-    (channels * channels).truncate().to_array()
+/// Where a smooth step with the moments of the density begins and ends, cut off at the ends of the
+/// chord. The density `6 x (1 - x)` of a smooth step over a length w has the variance w^2 / 20.
+fn extent(density: &Moments) -> [f32; 2] {
+    let half = (5.0 * density.variance).sqrt();
+    [(density.centre - half).max(0.0), (density.centre + half).min(1.0)]
 }
 
 /// Rounds channels to a texel.

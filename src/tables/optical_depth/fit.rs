@@ -12,15 +12,22 @@ use rayon::prelude::*;
 
 use super::grid::{CORNERS, Grid, weights};
 
-/// What one ray wants.
+/// What one ray wants of each channel.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Target {
+    /// What filtering should give.
+    pub value: Vec4,
+    /// How much it counts.
+    pub weight: Vec4,
+}
+
+/// A target at a place; of weight 0 where there is no chord.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sample {
     /// Coordinates in its cell, 0..1.
     pub fraction: Vec4,
-    /// What filtering should give there, in each channel.
-    pub target: Vec4,
-    /// How much it counts; 0 for a place without a chord.
-    pub weight: f32,
+    /// What is wanted there.
+    pub wanted: Target,
 }
 
 /// The samples of all cells: the same number in each, cells in the order of their base node with
@@ -61,12 +68,12 @@ impl Samples {
     }
 
     /// Diagonal of the normal equations, and a first guess.
-    fn start(&self) -> (Vec<f32>, Vec<Vec4>) {
-        let sums = self.scatter(|sample, w| Vec4::new(w * w, w, 0.0, 0.0) * sample.weight);
-        let guess = self.scatter(|sample, w| sample.target * (w * sample.weight));
-        let x = guess.iter().zip(&sums);
-        let x = x.map(|(g, s)| if s.y > 0.0 { *g / s.y } else { Vec4::ZERO }).collect();
-        (sums.iter().map(|s| s.x).collect(), x)
+    fn start(&self) -> (Vec<Vec4>, Vec<Vec4>) {
+        let diagonal = self.scatter(|wanted, w| wanted.weight * (w * w));
+        let sums = self.scatter(|wanted, w| wanted.weight * w);
+        let guess = self.scatter(|wanted, w| wanted.value * wanted.weight * w);
+        let x = guess.iter().zip(&sums).map(|(g, s)| quotient(*g, *s)).collect();
+        (diagonal, x)
     }
 
     /// A^T W A x, or with `residual` A^T W (b - A x).
@@ -74,16 +81,16 @@ impl Samples {
         self.slabs(|samples, base, corners, out| {
             let local: [Vec4; CORNERS] =
                 std::array::from_fn(|i| x.get(base + corners[i]).copied().unwrap_or_default());
-            for sample in samples.iter().filter(|s| s.weight > 0.0) {
+            for sample in samples.iter().filter(|s| s.wanted.weight != Vec4::ZERO) {
                 let w = weights(sample.fraction);
                 let mut value = Vec4::ZERO;
                 for (w, v) in w.iter().zip(&local) {
                     value += *w * *v;
                 }
                 if residual {
-                    value = sample.target - value;
+                    value = sample.wanted.value - value;
                 }
-                value *= sample.weight;
+                value *= sample.wanted.weight;
                 for (o, w) in out.iter_mut().zip(&w) {
                     *o += *w * value;
                 }
@@ -91,11 +98,11 @@ impl Samples {
         })
     }
 
-    fn scatter(&self, term: impl Fn(&Sample, f32) -> Vec4 + Sync) -> Vec<Vec4> {
+    fn scatter(&self, term: impl Fn(&Target, f32) -> Vec4 + Sync) -> Vec<Vec4> {
         self.slabs(|samples, _, _, out| {
-            for sample in samples.iter().filter(|s| s.weight > 0.0) {
+            for sample in samples.iter().filter(|s| s.wanted.weight != Vec4::ZERO) {
                 for (o, w) in out.iter_mut().zip(weights(sample.fraction)) {
-                    *o += term(sample, w);
+                    *o += term(&sample.wanted, w);
                 }
             }
         })
@@ -136,9 +143,14 @@ impl Samples {
     }
 }
 
-fn precondition(r: &[Vec4], diagonal: &[f32]) -> Vec<Vec4> {
-    let pairs = r.par_iter().zip(diagonal);
-    pairs.map(|(r, d)| if *d > 0.0 { *r / *d } else { Vec4::ZERO }).collect()
+fn precondition(r: &[Vec4], diagonal: &[Vec4]) -> Vec<Vec4> {
+    r.par_iter().zip(diagonal).map(|(r, d)| quotient(*r, *d)).collect()
+}
+
+/// a / b in each channel, 0 where b is.
+fn quotient(a: Vec4, b: Vec4) -> Vec4 {
+    let some = b.cmpgt(Vec4::ZERO);
+    Vec4::select(some, a / Vec4::select(some, b, Vec4::ONE), Vec4::ZERO)
 }
 
 /// Dot product of each channel.

@@ -1,10 +1,9 @@
 //! Chords at random places of every cell, integrated through the density volume.
 
-use glam::{DVec4, Vec4};
+use glam::{DVec4, Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::PARTS;
-use super::fit::{Sample, Samples};
+use super::fit::{Sample, Samples, Target};
 use super::grid::Grid;
 use super::mapping::ChordMapping;
 use super::random::Stream;
@@ -25,29 +24,52 @@ const R4: [f64; 4] = [
     0.538_597_257_223_611_2,
 ];
 
-/// The mean densities of the parts of a chord, by midpoints in f32.
-pub(super) fn part_means(volume: &[f32], entry: glam::Vec3, exit: glam::Vec3) -> [f32; PARTS] {
+/// What of a chord's density a table needs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moments {
+    /// Mean density, 0..1.
+    pub mean: f32,
+    /// Where the middle of the matter lies, as a fraction of the length.
+    pub centre: f32,
+    /// Mean square distance of the matter from its middle, in squared lengths of the chord.
+    pub variance: f32,
+}
+
+/// The moments of the density along a chord, by midpoints in f32.
+pub(super) fn moments(volume: &[f32], entry: Vec3, exit: Vec3) -> Moments {
     let scale = 1.0 / VOLUME_CELL as f32;
-    let part = (exit - entry) / PARTS as f32;
-    let steps = (part.length() * (scale / STEP_CELLS)).ceil().max(1.0);
-    let step = part * (scale / steps);
-    let start = (entry + 1.0) * scale + step * 0.5;
-    std::array::from_fn(|i| {
-        let mut p = start + part * (scale * i as f32);
-        let mut sum = 0.0;
-        for _ in 0..steps as usize {
-            sum += trilinear(volume, p);
-            p += step;
-        }
-        sum / steps
-    })
+    let chord = (exit - entry) * scale;
+    let steps = (chord.length() / STEP_CELLS).ceil().max(1.0);
+    let step = chord / steps;
+    let mut p = (entry + 1.0) * scale + step * 0.5;
+    // Sums of density times 1, t and t^2 with t from the middle of the chord, in steps.
+    let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
+    let mut t = 0.5 - 0.5 * steps;
+    for _ in 0..steps as usize {
+        let density = trilinear(volume, p);
+        sum += density;
+        first += density * t;
+        second += density * t * t;
+        p += step;
+        t += 1.0;
+    }
+    if sum <= 0.0 {
+        return Moments { mean: 0.0, centre: 0.5, variance: 0.0 };
+    }
+    let centre = first / sum;
+    let variance = (second / sum - centre * centre).max(0.0);
+    Moments {
+        mean: sum / steps,
+        centre: 0.5 + centre / steps,
+        variance: variance / (steps * steps),
+    }
 }
 
 /// Trilinear filtering at a place in cells of the volume.
-fn trilinear(volume: &[f32], p: glam::Vec3) -> f32 {
+fn trilinear(volume: &[f32], p: Vec3) -> f32 {
     const N: usize = VOLUME_NODES;
     let last = (N - 2) as f32;
-    let cell = p.clamp(glam::Vec3::ZERO, glam::Vec3::splat(last)).floor();
+    let cell = p.clamp(Vec3::ZERO, Vec3::splat(last)).floor();
     let f = p - cell;
     let base = cell.x as usize + N * (cell.y as usize + N * cell.z as usize);
     // One bounds check for all eight corners.
@@ -62,10 +84,10 @@ fn trilinear(volume: &[f32], p: glam::Vec3) -> f32 {
 pub struct Ray {
     /// Length, in radii.
     pub length: f32,
-    /// Mean densities of its parts, in the table's direction.
-    pub parts: [f32; PARTS],
+    /// Its density, in the table's direction.
+    pub density: Moments,
     /// Measure of isotropic lines per volume of the 4-cube.
-    pub density: f32,
+    pub measure: f32,
 }
 
 /// Which random chords.
@@ -85,7 +107,7 @@ pub fn gather<M: ChordMapping>(
     shape: &Shape,
     mapping: &M,
     draws: &Draws,
-    encode: impl Fn(&Ray) -> (Vec4, f32) + Sync,
+    encode: impl Fn(&Ray) -> Target + Sync,
     progress: &dyn Progress,
 ) -> Samples {
     let Draws { grid, per_cell, seed } = *draws;
@@ -112,13 +134,12 @@ pub fn gather<M: ChordMapping>(
                 let at = std::array::from_fn(|a| (corner[a] + fraction[a]) / cells[a] as f64);
                 sample.fraction = DVec4::from_array(fraction).as_vec4();
                 let Some([entry, exit]) = mapping.chord(at) else { continue };
-                let parts = part_means(shape.volume(), entry.as_vec3(), exit.as_vec3());
                 let ray = Ray {
                     length: (exit - entry).length() as f32,
-                    parts,
-                    density: mapping.density(at) as f32,
+                    density: moments(shape.volume(), entry.as_vec3(), exit.as_vec3()),
+                    measure: mapping.density(at) as f32,
                 };
-                (sample.target, sample.weight) = encode(&ray);
+                sample.wanted = encode(&ray);
             }
         }
         progress.advance(1);

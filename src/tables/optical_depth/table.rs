@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::encoding::{UNUSED, decode, unpack};
+use super::encoding::{UNUSED, unpack};
 use super::grid::{Grid, filtered};
 use super::lookup::ChordProfile;
 use super::mapping::{ChordMapping, HemisphereDisc};
@@ -89,10 +89,6 @@ impl OpticalDepthTable {
         let channels = filtered(&self.grid, place.at, |node| {
             unpack(self.texels.get(node).copied().unwrap_or_default())
         });
-        let mut parts = decode(channels);
-        if place.reversed {
-            parts.reverse();
-        }
-        ChordProfile::new(parts)
+        ChordProfile::decode(channels, place.reversed)
     }
 }
