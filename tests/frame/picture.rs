@@ -109,7 +109,7 @@ fn tiles_leave_no_seams() {
     let green = |x: u32, y: u32| f64::from(picture.radiance[(y * size[0] + x) as usize][1]);
     let [mut border, mut inside] = [(0.0, 0.0); 2];
     let mut add = |at: u32, difference: f64| {
-        let sum = if (at + 1) % 8 == 0 || at % 8 == 0 { &mut border } else { &mut inside };
+        let sum = if matches!(at % 8, 0 | 7) { &mut border } else { &mut inside };
         *sum = (sum.0 + difference.abs(), sum.1 + 1.0);
     };
     for y in 1..size[1] - 1 {
