@@ -32,6 +32,9 @@ pub enum Error {
     /// The graphics device failed, was lost, or lacks something.
     #[error("graphics device: {0}")]
     Gpu(String),
+    /// A computation or a comparison did not succeed.
+    #[error("{0}")]
+    Failed(String),
 }
 
 /// The library's result.
@@ -54,7 +57,7 @@ impl Error {
             Self::Input { .. } => 2,
             Self::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => 2,
             Self::NoAdapter(_) | Self::Window(_) => 2,
-            Self::Io { .. } | Self::Gpu(_) => 1,
+            Self::Io { .. } | Self::Gpu(_) | Self::Failed(_) => 1,
         }
     }
 }

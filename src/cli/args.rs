@@ -47,6 +47,29 @@ pub(super) fn fps(text: &str) -> Result<f64, String> {
     number(text, &FPS, "frames per second")
 }
 
+/// Optical depth of a slab.
+pub(super) fn optical_depth(text: &str) -> Result<f64, String> {
+    number(text, &Range { least: 0.0, most: 1e6, unit: "" }, "an optical depth")
+}
+
+/// A share from 0 to 1.
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    number(text, &Range { least: 0.0, most: 1.0, unit: "" }, "a number")
+}
+
+/// The cosine of an angle from the zenith, of something above the horizon.
+pub(super) fn cosine(text: &str) -> Result<f64, String> {
+    number(text, &Range { least: 1e-6, most: 1.0, unit: "" }, "a cosine")
+}
+
+/// A number of random samples.
+pub(super) fn samples(text: &str) -> Result<u64, String> {
+    match text.parse() {
+        Ok(samples @ 1..=1_000_000_000_000) => Ok(samples),
+        _ => Err(format!("expected a whole number from 1 to 1e12, found `{text}`")),
+    }
+}
+
 fn number(text: &str, range: &Range, what: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value >= range.least && value <= range.most => Ok(value),

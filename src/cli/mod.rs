@@ -10,6 +10,7 @@ mod engine;
 mod fly;
 mod info;
 mod progress;
+mod reference;
 mod render;
 
 use std::io::{IsTerminal, Write};
@@ -21,6 +22,7 @@ pub use args::{MAX_SIDE, Size};
 #[cfg(feature = "window")]
 pub use fly::FlyArgs;
 pub use info::InfoArgs;
+pub use reference::{ReferenceArgs, ReferenceCommand};
 pub use progress::StageBar;
 pub use render::{Job, RenderArgs};
 
@@ -45,6 +47,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Show the graphics adapter, its limits, and the tables
     Info(InfoArgs),
+    /// Radiative transfer by path tracing, on its own
+    Reference(ReferenceArgs),
 }
 
 /// Reads the arguments, runs the command and tells the exit code: 0, 1 for what failed on good
@@ -65,6 +69,7 @@ fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Some(Command::Render(args)) => render::run(&args),
         Some(Command::Info(args)) => info::run(&args),
+        Some(Command::Reference(args)) => reference::run(&args),
         #[cfg(feature = "window")]
         Some(Command::Fly(args)) => fly::run(&args),
         #[cfg(feature = "window")]
