@@ -2,7 +2,7 @@
 
 use cumuli::medium::Shape;
 use cumuli::tables::TableSet;
-use cumuli::tables::optical_depth::measure::{central_matter, errors, test_chords};
+use cumuli::tables::optical_depth::measure::{Answer, central_matter, errors, test_chords};
 
 /// Chords of each shape; others than those the recorded errors were measured on.
 const CHORDS: usize = 20_000;
@@ -17,7 +17,7 @@ fn errors_are_what_the_file_says() {
         assert_eq!(tables.mean_density(index), shape.mean_density(), "{}", shape.name());
         let chords = test_chords(&shape, CHORDS, SEED);
         let measured = errors(&chords, central_matter(&shape), |chord| {
-            tables.chord_profile(index, chord.entry, chord.exit)
+            Answer::of(&tables.chord_profile(index, chord.entry, chord.exit), chord)
         });
         let recorded = table.errors();
         assert_eq!(measured.depths.len(), recorded.depths.len());

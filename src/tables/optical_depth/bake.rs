@@ -8,7 +8,7 @@ use super::fit::Target;
 use super::grid::Grid;
 use super::lookup::LEAST_EXTENT;
 use super::mapping::HemisphereDisc;
-use super::measure::{CENTRAL_DEPTHS, central_matter, errors, test_chords};
+use super::measure::{Answer, CENTRAL_DEPTHS, central_matter, errors, test_chords};
 use super::rays::{Draws, Ray, gather};
 use super::table::OpticalDepthTable;
 use crate::error::{Error, Result};
@@ -84,9 +84,9 @@ pub(crate) fn check_shape(spec: ShapeSpec) -> Result<()> {
 }
 
 /// How much errors of a chord's channels matter: the squared derivative of transmittance by each,
-/// summed over the optical depths of interest. Each is divided by its depth^3/4, about what errors
-/// grow with, so that none outweighs the others.
-fn weight(ray: &Ray, value: Vec4, central_matter: f32) -> Vec4 {
+/// summed over the optical depths of interest. Each is divided by its depth^3/4, which keeps the
+/// deep ones from outweighing the others.
+pub(super) fn weight(ray: &Ray, value: Vec4, central_matter: f32) -> Vec4 {
     let mean = ray.density.mean;
     let (mut whole, mut parts) = (0.0, 0.0);
     for depth in CENTRAL_DEPTHS {
@@ -130,7 +130,7 @@ impl OpticalDepthTable {
         let mut table =
             Self::from_parts(spec, shape.mean_density(), grid, texels, Default::default())?;
         let chords = test_chords(&shape, TEST_CHORDS, TEST_SEED);
-        let measured = errors(&chords, central, |c| table.profile(c.entry, c.exit));
+        let measured = errors(&chords, central, |c| Answer::of(&table.profile(c.entry, c.exit), c));
         table.set_errors(measured);
         Ok(table)
     }
