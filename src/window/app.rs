@@ -22,6 +22,8 @@ use crate::{Error, Result};
 const PIXELS_PER_NOTCH: f64 = 50.0;
 /// A device that is lost again sooner than this is given up.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// What a frame after a rest counts for, s: a tap on a key then moves as far as it should.
+const FIRST_STEP: f64 = 1.0 / 60.0;
 /// Share of a new frame in the shown frame time.
 const SMOOTHING: f64 = 0.2;
 
@@ -130,7 +132,10 @@ impl App {
     /// Lets the time since the last frame go by.
     fn step(&mut self) {
         let now = Instant::now();
-        let Some(last) = self.last_frame.replace(now) else { return };
+        let Some(last) = self.last_frame.replace(now) else {
+            self.session.step(FIRST_STEP);
+            return;
+        };
         let seconds = now.duration_since(last).as_secs_f64();
         self.session.step(seconds);
         let shown = &mut self.report.frame_time;
@@ -276,6 +281,10 @@ impl ApplicationHandler for App {
         if self.session.is_lively() || self.repaint_at.is_some_and(|at| at <= now) {
             self.repaint_at = None;
             self.request_redraw();
+        }
+        if !self.session.is_lively() {
+            // The time at rest is no part of the next frame's.
+            self.last_frame = None;
         }
         event_loop.set_control_flow(match self.repaint_at {
             Some(at) => ControlFlow::WaitUntil(at),

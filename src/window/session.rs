@@ -67,7 +67,8 @@ impl Session {
 
     /// Whether the picture changes by itself.
     pub fn is_lively(&self) -> bool {
-        self.clock.running || self.fly.is_moving()
+        // Only generated clouds change with time.
+        (self.clock.running && self.scene.clouds.is_some()) || self.fly.is_moving()
     }
 
     /// The scene as it is seen now.
@@ -120,6 +121,19 @@ mod tests {
         session.step(1.0);
         assert_eq!(session.seen(), session.start, "to the bit");
         assert!(!session.is_lively());
+    }
+
+    #[test]
+    fn only_what_changes_is_lively() {
+        let mut session = session();
+        assert!(session.is_lively(), "clouds drift");
+        session.scene.clouds = None;
+        assert!(!session.is_lively(), "listed particles don't");
+        session.fly.push(Push::Left, true);
+        assert!(session.is_lively());
+        session.fly.push(Push::Left, false);
+        (0..100).for_each(|_| session.step(0.1));
+        assert!(!session.is_lively(), "it has come to rest");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Chords at random places of every cell, integrated through the density volume.
 
-use glam::{DVec4, Vec3, Vec4};
+use glam::{DVec4, Vec3};
 use rayon::prelude::*;
 
 use super::fit::{Sample, Samples, Target};
