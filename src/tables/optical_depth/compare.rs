@@ -216,7 +216,7 @@ fn fitted(
         Target { value, weight: weight(ray, value, central_matter as f32) }
     };
     let draws = Draws { grid, per_cell, seed: SEED };
-    gather(shape, mapping, &draws, target, &Silent).fit(ITERATIONS)
+    gather(shape, mapping, &draws, target, &Silent).fit(ITERATIONS, || ())
 }
 
 /// Midpoints of equal steps, of the whole and of the part.

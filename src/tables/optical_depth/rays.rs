@@ -101,6 +101,13 @@ pub struct Draws {
     pub seed: u64,
 }
 
+impl Draws {
+    /// Rows of cells along the first axis: the steps of [`gather`].
+    pub fn rows(&self) -> usize {
+        self.grid.nodes[1..].iter().map(|n| n - 1).product()
+    }
+}
+
 /// Integrates random chords in every cell; `encode` makes of each the channels it wants of the
 /// table and its weight.
 pub fn gather(
@@ -113,9 +120,7 @@ pub fn gather(
     let Draws { grid, per_cell, seed } = *draws;
     let cells = grid.nodes.map(|n| n - 1);
     let row = cells[0];
-    let rows = cells[1..].iter().product::<usize>();
-    progress.start(rows as u64, &format!("optical depth of {}", shape.name()));
-    let mut list = vec![Sample::default(); rows * row * per_cell];
+    let mut list = vec![Sample::default(); draws.rows() * row * per_cell];
     list.par_chunks_mut(row * per_cell).enumerate().for_each(|(index, samples)| {
         for (k, samples) in samples.chunks_mut(per_cell).enumerate() {
             let cell_index = index * row + k;
