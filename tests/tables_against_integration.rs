@@ -1,8 +1,9 @@
 //! Answers of the built-in optical depth tables against integration of the density in f64.
 
 use cumuli::medium::Shape;
-use cumuli::tables::TableSet;
-use cumuli::tables::optical_depth::measure::{central_matter, errors, test_chords};
+use cumuli::tables::optical_depth::OpticalDepthTable;
+use cumuli::tables::optical_depth::measure::{Answer, central_matter, errors, test_chords};
+use cumuli::tables::{BakeOptions, Silent, TableSet};
 
 /// Chords of each shape; others than those the recorded errors were measured on.
 const CHORDS: usize = 20_000;
@@ -17,7 +18,7 @@ fn errors_are_what_the_file_says() {
         assert_eq!(tables.mean_density(index), shape.mean_density(), "{}", shape.name());
         let chords = test_chords(&shape, CHORDS, SEED);
         let measured = errors(&chords, central_matter(&shape), |chord| {
-            tables.chord_profile(index, chord.entry, chord.exit)
+            Answer::of(&tables.chord_profile(index, chord.entry, chord.exit), chord)
         });
         let recorded = table.errors();
         assert_eq!(measured.depths.len(), recorded.depths.len());
@@ -32,4 +33,25 @@ fn errors_are_what_the_file_says() {
             assert!(new.part_rms < 0.6 * new.part_rms_by_length, "{} {new:?}", shape.name());
         }
     }
+}
+
+#[test]
+fn the_built_in_tables_are_what_the_bake_makes() {
+    let tables = TableSet::embedded().expect("built-in tables");
+    let options = BakeOptions::default();
+    let shapes: Vec<_> = options.shapes.iter().map(ToString::to_string).collect();
+    assert_eq!(tables.shape_names().skip(1).collect::<Vec<_>>(), shapes);
+    assert_eq!(tables.optical_depth_options(), &options.optical_depth);
+    for (phase, albedo) in &options.media {
+        let table = tables.scattering_for(phase, *albedo).expect("the medium");
+        assert_eq!(table.resolution(), options.scattering.resolution);
+        assert_eq!(table.optical_radius_range(), options.scattering.optical_radius);
+    }
+    // One shape tells whether formulas or solver have changed without a new bake.
+    let old = &tables.optical_depth()[3];
+    let new = OpticalDepthTable::bake(old.spec(), &options.optical_depth, &Silent).expect("baked");
+    let differing = old.texels().iter().zip(new.texels()).filter(|(a, b)| a != b).count();
+    // On the machine where they were baked none differs. Another mathematical library may round
+    // the last digit of a logarithm or exponential otherwise, which tips one texel in thousands.
+    assert!(differing * 200 < old.texels().len(), "{differing} texels differ");
 }

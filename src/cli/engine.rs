@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::progress::StageBar;
-use super::render::Job;
+use super::render::{Job, eprint_line};
 use crate::error::Result;
 use crate::frame::{Picture, Renderer};
 use crate::gpu::Gpu;
@@ -16,6 +16,13 @@ pub(super) fn renderer(
 ) -> Result<impl FnMut(f64) -> Result<Picture>> {
     let tables = tables_of(tables)?;
     let medium = &job.scene.medium;
+    if tables.scattering_for(&medium.phase, medium.albedo).is_none() {
+        eprint_line(&format!(
+            "the tables hold no scattering of {} with albedo {}: it is computed now, in a minute \
+             or so, and kept for the next time",
+            medium.phase, medium.albedo
+        ));
+    }
     let tables = tables.with_scattering_for(&medium.phase, medium.albedo, &StageBar::new())?;
     job.scene.check_shapes(&job.place, &tables.shape_names().collect::<Vec<_>>())?;
     let gpu = Gpu::headless()?;
@@ -26,7 +33,8 @@ pub(super) fn renderer(
 
 /// What the tables of a file, or the built-in ones, hold, in lines for people.
 pub(super) fn tables_summary(path: Option<&Path>) -> Result<Vec<String>> {
-    Ok(tables_of(path)?.summary())
+    // What is indented is detail: `precompute info` shows it.
+    Ok(tables_of(path)?.summary().into_iter().filter(|line| !line.starts_with(' ')).collect())
 }
 
 /// The tables of a file, or the built-in ones.

@@ -51,6 +51,11 @@ fn worth_a_line(done: u64, steps: u64) -> bool {
     done == steps || done * LINES / steps.max(1) != (done - 1) * LINES / steps.max(1)
 }
 
+/// Tenths of the way that are done.
+fn tenths(done: u64, all: u64) -> u64 {
+    10 * done.min(all) / all.max(1)
+}
+
 /// Stages of computing tables: a bar for each on a terminal, a line for each in a log.
 pub struct StageBar {
     bar: ProgressBar,
@@ -98,7 +103,13 @@ impl crate::tables::Progress for StageBar {
     }
 
     fn advance(&self, steps: u64) {
+        let before = self.bar.position();
         self.bar.inc(steps);
+        let all = self.bar.length().unwrap_or(0);
+        if self.lines && tenths(before + steps, all) != tenths(before, all) {
+            let percent = 10 * tenths(before + steps, all);
+            let _ = writeln!(std::io::stderr(), "{} {percent} %", self.bar.message());
+        }
     }
 }
 

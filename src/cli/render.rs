@@ -94,7 +94,10 @@ impl Job {
     pub fn new(args: &RenderArgs) -> Result<Self> {
         let (scene, place) = load_scene(args.scene.as_deref())?;
         if let Some(stats) = &args.stats {
-            check_file(stats)?;
+            output::check_file(stats)?;
+            if *stats == args.out {
+                return Err(Error::input("--stats", "expected another file than --out"));
+            }
         }
         let target = match args.frames {
             None => {
@@ -196,7 +199,7 @@ impl Job {
         let report = report?;
         let first = sequence.path(sequence.frames.start);
         let last = sequence.path(sequence.frames.end - 1);
-        eprint_line(&format!("{} frames written, {} were there", report.written, report.kept));
+        eprint_line(&format!("frames written: {}, kept: {}", report.written, report.kept));
         print(&first.display().to_string())?;
         if first != last {
             print(&last.display().to_string())?;
@@ -230,14 +233,6 @@ fn this_program() -> String {
     contents.map_or_else(|| version.to_owned(), |contents| format!("{version} {contents}"))
 }
 
-/// Refuses a path where a file can't be written.
-fn check_file(path: &Path) -> Result<()> {
-    if path.is_dir() {
-        return Err(Error::input(path.display().to_string(), "is a folder, expected a file name"));
-    }
-    path.parent().map_or(Ok(()), output::check_folder)
-}
-
 /// A table of passes: name, time, whether it ran and why.
 fn eprint_timings(stats: &FrameStats) {
     let width = stats.passes.iter().map(|p| p.name.len()).max().unwrap_or(0);
@@ -253,7 +248,7 @@ fn eprint_timings(stats: &FrameStats) {
 }
 
 /// A line to standard error, which may be closed.
-fn eprint_line(line: &str) {
+pub(super) fn eprint_line(line: &str) {
     use std::io::Write;
     let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -44,9 +44,12 @@ impl Gpu {
             ..Default::default()
         }))
         .map_err(|e| {
-            Error::NoAdapter(format!(
-                "{e}; on Debian or Ubuntu without a GPU install mesa-vulkan-drivers and libvulkan1"
-            ))
+            tracing::debug!("{e}");
+            Error::NoAdapter(
+                "expected a working Vulkan, Metal or Direct3D 12 driver; on Debian or Ubuntu \
+                 without a graphics card install mesa-vulkan-drivers and libvulkan1"
+                    .to_owned(),
+            )
         })?;
         // Timestamps are the only optional feature in use: frames are the same without them.
         let wanted =

@@ -92,13 +92,15 @@ pub fn is_whole_picture(path: &Path, size: [u32; 2]) -> bool {
 /// Refuses a path where a picture can't be written, before anything is rendered for it.
 pub fn check_target(path: &Path) -> Result<()> {
     Format::of(path)?;
+    check_file(path)
+}
+
+/// Refuses a path where a file can't be written.
+pub fn check_file(path: &Path) -> Result<()> {
     if path.is_dir() {
         return Err(Error::input(path.display().to_string(), "is a folder, expected a file name"));
     }
-    match path.parent() {
-        Some(parent) => check_folder(parent),
-        None => Ok(()),
-    }
+    path.parent().map_or(Ok(()), check_folder)
 }
 
 /// Refuses a path that can't become a folder: it, or what should contain it, is a file.

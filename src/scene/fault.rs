@@ -107,7 +107,7 @@ fn short(value: f64) -> String {
 /// The path in serde's terms, without the marks for what has no name.
 pub(super) fn path_text(path: &serde_path_to_error::Path) -> String {
     let text = path.to_string();
-    if text == "." { String::new() } else { text.trim_end_matches(".?").to_owned() }
+    if text == "." || text == "?" { String::new() } else { text.trim_end_matches(".?").to_owned() }
 }
 
 /// Longest part of somebody else's text that is repeated in a message.
@@ -125,6 +125,9 @@ pub(super) fn from_serde(field: &str, message: &str) -> Fault {
     let message = message
         .replace("expected f64", "expected a number")
         .replace("expected u32", "expected a whole number from 0 to 4294967295")
+        .replace("EOF while parsing", "the file ends within")
+        .replace("expected value", "expected a value; NaN and infinity are none")
+        .replace("number out of range", "expected a number of at most 1.8e308")
         .replace("floating-point number overflowed", "expected a number of at most 1.8e308");
     Fault { field: tidy(field, 100), message: tidy(&message, LONGEST_MESSAGE) + &suggestion }
 }

@@ -81,7 +81,14 @@ pub(super) fn parse(text: &str, place: &str, base_dir: &Path) -> Result<Scene> {
         f.in_line(place, line)
     })?;
     if let Some(named) = particles_file {
-        scene.particles.extend(particles::load(&base_dir.join(named))?);
+        let path = base_dir.join(&named);
+        if named.as_os_str().is_empty() || !path.exists() {
+            let named = named.display();
+            let message = format!("expected a JSON file of particles, found none at `{named}`");
+            let fault = At::Root.key("particles_file").fault(message);
+            return Err(fault.in_line(place, line_of(text, "particles_file")));
+        }
+        scene.particles.extend(particles::load(&path)?);
         // Each list is within the limits; their sum may not be.
         check::scene(&scene).map_err(|f| f.in_place(place))?;
     }

@@ -6,7 +6,7 @@ use super::defaults::{default_media, default_shapes};
 use super::description::Description;
 use super::optical_depth::bake::check_shape;
 use super::optical_depth::{ChordProfile, OpticalDepthOptions, OpticalDepthTable};
-use super::progress::Progress;
+use super::progress::{Numbered, Progress};
 use super::scattering::{ScatteringOptions, ScatteringTable};
 use super::{cache, file};
 use crate::error::{Error, Result};
@@ -130,6 +130,7 @@ impl TableSet {
     /// Computes tables. The same options give the same bytes, whatever the number of threads.
     pub fn bake(options: &BakeOptions, progress: &dyn Progress) -> Result<Self> {
         options.check()?;
+        let progress = &Numbered::new(progress, options.shapes.len() + options.media.len());
         let shapes = options.shapes.iter();
         let optical_depth: Result<Vec<_>> = shapes
             .map(|spec| OpticalDepthTable::bake(*spec, &options.optical_depth, progress))

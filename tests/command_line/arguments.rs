@@ -75,7 +75,10 @@ fn bad_scenes_are_refused_with_file_line_and_field() {
         ("typo.toml", ["typo.toml:12: particles[0].raduis", "did you mean `radius`?"]),
         ("nan.toml", ["nan.toml:3: camera.position[2]", "expected a number from"]),
         ("negative.toml", ["negative.toml:12: particles[0].radius", "found -100"]),
-        ("list.toml", ["none.json: there is no such file", "expected a JSON file of particles"]),
+        (
+            "list.toml",
+            ["list.toml:1: particles_file: expected a JSON file of particles", "`none.json`"],
+        ),
         ("shape.toml", ["shape.toml: particles[0].shape", "cube"]),
     ] {
         let message = place.refuses(&format!("render --scene {scene} --size 16x9 --out a.png"));

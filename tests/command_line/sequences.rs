@@ -48,7 +48,7 @@ fn a_killed_sequence_goes_on_where_it_stopped() {
 
     let end = there + 2;
     let run = place.works(&format!("{RENDER} --frames 0..{end} --out f"));
-    assert!(run.err.contains(&format!("2 frames written, {there} were there")), "{}", run.err);
+    assert!(run.err.contains(&format!("frames written: 2, kept: {there}")), "{}", run.err);
     let mut expected: Vec<String> = (0..end).map(frame).collect();
     expected.push("sequence.json".to_owned());
     assert_eq!(place.names("f"), expected, "all frames and nothing else");
@@ -69,7 +69,7 @@ fn a_cut_frame_is_made_again() {
     let whole = place.read(&name);
     std::fs::write(place.path(&name), &whole[..whole.len() / 2]).expect("written");
     let run = place.works(&format!("{RENDER} --frames 0..3 --out f"));
-    assert!(run.err.contains("1 frames written, 2 were there"), "{}", run.err);
+    assert!(run.err.contains("frames written: 1, kept: 2"), "{}", run.err);
     assert!(place.read(&name) == whole);
 }
 

@@ -108,9 +108,9 @@ fn particles_come_from_the_scenes_folder() {
 fn particles_files_that_cannot_be_used() {
     let one = |particle: &str| format!("{{\"particles\": [{particle}]}}").into_bytes();
     let cases: Vec<(Option<Vec<u8>>, &str)> = vec![
-        (None, "there is no such file, expected a JSON file of particles"),
-        (Some(Vec::new()), "EOF"),
-        (Some(b"{".to_vec()), "EOF"),
+        (None, "particles_file: expected a JSON file of particles"),
+        (Some(Vec::new()), "the file ends within a value"),
+        (Some(b"{".to_vec()), "the file ends within an object"),
         (Some(b"particles = []".to_vec()), "expected"),
         (Some(b"{\"particles\": [\xff]}".to_vec()), "is not UTF-8"),
         (Some(one(r#"{"centre": [NaN, 0, 0], "radius": 1, "extinction": 1}"#)), "centre[0]"),

@@ -31,7 +31,8 @@ pub fn slab_between(above: DVec3, below: DVec3, front: f64, behind: f64) -> DVec
 /// Share of diffuse light that a sphere gives back; 1 at albedo 1.
 pub fn diffuse_response(albedo: f64, optical_radius: f64) -> f64 {
     let escape = 1.0 / (1.0 + 4.0 / 3.0 * optical_radius);
-    albedo * escape / (1.0 - albedo * (1.0 - escape)).max(1e-6)
+    // Absorbed plus escaping: written so that nothing cancels however little escapes.
+    albedo * escape / (1.0 - albedo + albedo * escape)
 }
 
 /// What the source function depends on besides the light.

@@ -8,7 +8,7 @@ use super::fit::Target;
 use super::grid::Grid;
 use super::lookup::LEAST_EXTENT;
 use super::mapping::HemisphereDisc;
-use super::measure::{CENTRAL_DEPTHS, central_matter, errors, test_chords};
+use super::measure::{Answer, CENTRAL_DEPTHS, central_matter, errors, test_chords};
 use super::rays::{Draws, Ray, gather};
 use super::table::OpticalDepthTable;
 use crate::error::{Error, Result};
@@ -46,6 +46,8 @@ const TEST_SEED: u64 = 0x7465_7374;
 /// Weight of a chord that is opaque or empty at every depth of interest: keeps the solution
 /// defined where nothing else does.
 const LEAST_WEIGHT: f32 = 1e-4;
+/// Chords are integrated in 1.3 s where ten steps of the solution take 0.7 s.
+const ROWS_SHARE: usize = 20;
 /// Rays per cell that are worth it, and that fit into memory.
 const RAYS: std::ops::RangeInclusive<usize> = 1..=256;
 
@@ -84,9 +86,9 @@ pub(crate) fn check_shape(spec: ShapeSpec) -> Result<()> {
 }
 
 /// How much errors of a chord's channels matter: the squared derivative of transmittance by each,
-/// summed over the optical depths of interest. Each is divided by its depth^3/4, about what errors
-/// grow with, so that none outweighs the others.
-fn weight(ray: &Ray, value: Vec4, central_matter: f32) -> Vec4 {
+/// summed over the optical depths of interest. Each is divided by its depth^3/4, which keeps the
+/// deep ones from outweighing the others.
+pub(super) fn weight(ray: &Ray, value: Vec4, central_matter: f32) -> Vec4 {
     let mean = ray.density.mean;
     let (mut whole, mut parts) = (0.0, 0.0);
     for depth in CENTRAL_DEPTHS {
@@ -119,18 +121,18 @@ impl OpticalDepthTable {
             let value = encode(&ray.density);
             Target { value, weight: weight(ray, value, central as f32) }
         };
-        let samples = gather(
-            &shape,
-            &HemisphereDisc,
-            &Draws { grid, per_cell: options.rays_per_cell, seed: options.seed },
-            encode_ray,
-            progress,
-        );
-        let texels = samples.fit(options.iterations).into_iter().map(pack).collect();
+        let draws = Draws { grid, per_cell: options.rays_per_cell, seed: options.seed };
+        // A step of the solution takes about as long as this many rows of chords.
+        let rows = (draws.rows() / ROWS_SHARE) as u64;
+        let steps = draws.rows() as u64 + rows * options.iterations as u64;
+        progress.start(steps, &format!("optical depth of {spec}"));
+        let samples = gather(&shape, &HemisphereDisc, &draws, encode_ray, progress);
+        let channels = samples.fit(options.iterations, || progress.advance(rows));
+        let texels = channels.into_iter().map(pack).collect();
         let mut table =
             Self::from_parts(spec, shape.mean_density(), grid, texels, Default::default())?;
         let chords = test_chords(&shape, TEST_CHORDS, TEST_SEED);
-        let measured = errors(&chords, central, |c| table.profile(c.entry, c.exit));
+        let measured = errors(&chords, central, |c| Answer::of(&table.profile(c.entry, c.exit), c));
         table.set_errors(measured);
         Ok(table)
     }

@@ -46,8 +46,9 @@ const CHUNK: usize = 4096;
 
 impl Samples {
     /// Solves for the node values in `iterations` steps from the weighted mean of each node's
-    /// samples; nodes that no sample touches stay 0. Channels are independent.
-    pub fn fit(&self, iterations: usize) -> Vec<Vec4> {
+    /// samples; nodes that no sample touches stay 0. Channels are independent. `step` is called
+    /// after each.
+    pub fn fit(&self, iterations: usize, step: impl Fn()) -> Vec<Vec4> {
         let (diagonal, mut x) = self.start();
         // Residual A^T W (b - A x).
         let mut r = self.apply(&x, true);
@@ -63,6 +64,7 @@ impl Samples {
             let beta = ratio(next, rz);
             rz = next;
             p.par_iter_mut().zip(&z).for_each(|(p, z)| *p = *z + beta * *p);
+            step();
         }
         x
     }

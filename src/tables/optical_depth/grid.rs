@@ -51,6 +51,16 @@ impl Grid {
         cell
     }
 
+    /// Place of a node, in 0..1.
+    pub(super) fn place(&self, node: usize) -> [f64; 4] {
+        let mut rest = node;
+        self.nodes.map(|n| {
+            let i = rest % n;
+            rest /= n;
+            i as f64 / (n - 1) as f64
+        })
+    }
+
     /// Offsets of a cell's corners from its base, the first axis fastest.
     pub(super) fn corners(&self) -> [usize; CORNERS] {
         let s = self.strides();

@@ -11,7 +11,9 @@
 //!   chords, where transmittance is sensitive, get the finer steps and the straighter curves;
 //! - [`lookup`]: a smooth step between the two places.
 
+pub mod alternatives;
 pub mod bake;
+pub mod compare;
 pub mod encoding;
 pub mod fit;
 pub mod grid;
