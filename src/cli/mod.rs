@@ -22,8 +22,8 @@ pub use args::{MAX_SIDE, Size};
 #[cfg(feature = "window")]
 pub use fly::FlyArgs;
 pub use info::InfoArgs;
-pub use reference::{ReferenceArgs, ReferenceCommand};
 pub use progress::StageBar;
+pub use reference::{ReferenceArgs, ReferenceCommand};
 pub use render::{Job, RenderArgs};
 
 use crate::error::{Error, Result};

@@ -28,16 +28,16 @@ pub enum ReferenceCommand {
 #[derive(Args, Debug)]
 pub struct SlabArgs {
     /// Vertical optical depth, 0 to 1e6
-    #[arg(long, value_name = "TAU", value_parser = args::optical_depth)]
+    #[arg(long, value_name = "TAU", allow_negative_numbers = true, value_parser = args::optical_depth)]
     pub optical_depth: f64,
     /// Phase function: hg:G or mie:Dum
     #[arg(long, value_name = "PHASE", default_value = "hg:0")]
     pub phase: Phase,
     /// Single-scattering albedo, 0 to 1
-    #[arg(long, value_name = "W", default_value = "1", value_parser = args::share)]
+    #[arg(long, value_name = "W", default_value = "1", allow_negative_numbers = true, value_parser = args::share)]
     pub albedo: f64,
     /// Cosine of the sun's zenith angle, above 0, up to 1
-    #[arg(long, value_name = "MU", default_value = "1", value_parser = args::cosine)]
+    #[arg(long, value_name = "MU", default_value = "1", allow_negative_numbers = true, value_parser = args::cosine)]
     pub mu0: f64,
     /// Photons
     #[arg(long, value_name = "N", default_value = "1000000", value_parser = args::samples)]
@@ -83,7 +83,10 @@ fn published(args: &VerifyArgs) -> Result<()> {
     } else {
         let width = checks.iter().map(|c| c.name.len()).max().unwrap_or(0);
         let head = ["expected", "got", "std error", "z"];
-        print(&format!("{:width$} {:>13} {:>13} {:>11} {:>6}", "check", head[0], head[1], head[2], head[3]))?;
+        print(&format!(
+            "{:width$} {:>13} {:>13} {:>11} {:>6}",
+            "check", head[0], head[1], head[2], head[3]
+        ))?;
         for check in &checks {
             let (got, verdict) = (check.got, if check.pass { "pass" } else { "FAIL" });
             print(&format!(
