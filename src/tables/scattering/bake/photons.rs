@@ -31,6 +31,8 @@ pub struct Tracer<'a> {
     pub angles: &'a AngleSampler,
     pub optical_radius: f32,
     pub albedo: f32,
+    /// Doublings of the number of photons from the sunlit to the dark side.
+    pub levels: u32,
 }
 
 impl Tracer<'_> {
@@ -57,46 +59,107 @@ impl Tracer<'_> {
     }
 
     fn photon(&self, disc: f32, random: &mut Random, locator: &Locator, tally: &mut Tally) -> u64 {
-        let r = self.optical_radius;
-        let mut x = [disc.sqrt(), 0.0, (1.0 - disc).sqrt()];
-        let mut k = [0.0f32, 0.0, -1.0];
-        let mut weight = 1.0f32;
-        let mut least = 0.0;
-        let mut order = 0usize;
         let mut recorded = 0;
-        loop {
-            let along = dot(x, k);
-            let inside = (1.0 - dot(x, x)).max(0.0);
-            let root = (along * along + inside).sqrt();
-            let exit = if along > 0.0 { inside / (root + along) } else { root - along };
-            let collides = -(-r * exit).exp_m1();
-            weight *= collides;
-            if weight <= 0.0 {
-                return recorded;
-            }
-            let flight = (-(1.0 - random.unit() * collides).ln() / r).min(exit);
-            for i in 0..3 {
-                x[i] += flight * k[i];
-            }
-            tally.by_order[order.min(COUNTED_ORDERS)] += f64::from(weight);
-            if order > 0 {
-                let index = locator.index(x, k, random);
-                tally.fields[usize::from(order > 1)][index] += weight;
-                recorded += 1;
-            } else {
-                least = ROULETTE_SHARE * weight * -(-r).exp_m1();
-            }
-            weight *= self.albedo;
-            if weight < least {
-                if random.unit() * least >= weight {
-                    return recorded.max(1);
+        let mut waiting = vec![Photon {
+            x: [disc.sqrt(), 0.0, (1.0 - disc).sqrt()],
+            k: [0.0, 0.0, -1.0],
+            weight: 1.0,
+            least: 0.0,
+            order: 0,
+            level: 0,
+        }];
+        while let Some(mut photon) = waiting.pop() {
+            while self.scatter(&mut photon, random, locator, tally, &mut recorded) {
+                let copies = self.change_level(&mut photon, random);
+                if copies == 0 {
+                    break;
                 }
-                weight = least;
+                waiting.extend(std::iter::repeat_n(photon, copies - 1));
             }
-            k = turned(k, self.angles.sample(random.bits()), random.unit());
-            order += 1;
         }
+        recorded.max(1)
     }
+
+    /// One flight and one scattering; false where the photon ends.
+    fn scatter(
+        &self,
+        photon: &mut Photon,
+        random: &mut Random,
+        locator: &Locator,
+        tally: &mut Tally,
+        recorded: &mut u64,
+    ) -> bool {
+        let r = self.optical_radius;
+        let Photon { x, k, weight, .. } = photon;
+        let along = dot(*x, *k);
+        let inside = (1.0 - dot(*x, *x)).max(0.0);
+        let root = (along * along + inside).sqrt();
+        let exit = if along > 0.0 { inside / (root + along) } else { root - along };
+        let collides = -(-r * exit).exp_m1();
+        *weight *= collides;
+        if *weight <= 0.0 {
+            return false;
+        }
+        let flight = (-(1.0 - random.unit() * collides).ln() / r).min(exit);
+        for i in 0..3 {
+            x[i] += flight * k[i];
+        }
+        tally.by_order[photon.order.min(COUNTED_ORDERS)] += f64::from(*weight);
+        if photon.order > 0 {
+            let index = locator.index(*x, *k, random);
+            tally.fields[usize::from(photon.order > 1)][index] += *weight;
+            *recorded += 1;
+        } else {
+            photon.least = ROULETTE_SHARE * *weight * -(-r).exp_m1();
+        }
+        *weight *= self.albedo;
+        if *weight < photon.least {
+            if random.unit() * photon.least >= *weight {
+                return false;
+            }
+            *weight = photon.least;
+        }
+        *k = turned(*k, self.angles.sample(random.bits()), random.unit());
+        photon.order += 1;
+        true
+    }
+
+    /// Splits a photon that has gone deeper away from the sun, and plays roulette with one that
+    /// has come back, so that the dark side of thick spheres sees about as many photons as the
+    /// bright side. Returns how many photons there are now.
+    fn change_level(&self, photon: &mut Photon, random: &mut Random) -> usize {
+        let depth = 0.5 * (1.0 - photon.x[2]) * (self.levels + 1) as f32;
+        let level = (depth as u32).min(self.levels);
+        let (from, to) = (photon.level, level);
+        photon.level = level;
+        if to > from {
+            let share = 0.5f32.powi((to - from) as i32);
+            photon.weight *= share;
+            photon.least *= share;
+            return 1 << (to - from);
+        }
+        let share = 0.5f32.powi((from - to) as i32);
+        if to < from {
+            if random.unit() >= share {
+                return 0;
+            }
+            photon.weight /= share;
+            photon.least /= share;
+        }
+        1
+    }
+}
+
+/// A photon on its way.
+#[derive(Clone, Copy)]
+struct Photon {
+    x: [f32; 3],
+    k: [f32; 3],
+    weight: f32,
+    /// Roulette begins below this weight.
+    least: f32,
+    order: usize,
+    level: u32,
 }
 
 /// Finds grid nodes in f32.

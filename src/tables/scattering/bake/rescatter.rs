@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use super::super::mapping::{ViewSunMap, node};
+use super::sweep::fine;
 use crate::medium::Phase;
 
 /// Points of a cell's integration are no further apart than this share of their distance from the
@@ -26,6 +27,8 @@ pub struct Rescatter {
     modes: Vec<f64>,
     /// By mode and azimuth node: cosine series of the grid's azimuths.
     cosines: Vec<f64>,
+    /// The same for azimuths twice as fine.
+    fine_cosines: Vec<f64>,
 }
 
 impl Rescatter {
@@ -41,9 +44,13 @@ impl Rescatter {
         let kernel =
             Kernel { phase: phase.prepare(), width: phase.peak_angle(), map, angles, azimuths };
         let last = azimuths - 1;
-        let cosines: Vec<f64> = (0..azimuths * azimuths)
-            .map(|i| (PI * ((i / azimuths) * (i % azimuths)) as f64 / last as f64).cos())
-            .collect();
+        let series = |nodes: usize| -> Vec<f64> {
+            let step = PI / (nodes - 1) as f64;
+            (0..azimuths * nodes)
+                .map(|i| (((i / nodes) * (i % nodes)) as f64 * step).cos())
+                .collect()
+        };
+        let (cosines, fine_cosines) = (series(azimuths), series(fine(azimuths)));
         use rayon::prelude::*;
         let rows: Vec<Vec<f64>> = (0..views)
             .into_par_iter()
@@ -66,11 +73,17 @@ impl Rescatter {
                 row
             })
             .collect();
-        Self { views, angles, azimuths, modes: rows.concat(), cosines }
+        Self { views, angles, azimuths, modes: rows.concat(), cosines, fine_cosines }
     }
 
-    /// Adds to `out` (by view angle and azimuth) what the weights of the cells (by grid angle and
-    /// azimuth) scatter there.
+    /// View angles times azimuths of the result, which are twice as fine as the grid's: the
+    /// series is known everywhere.
+    pub fn outputs(&self) -> usize {
+        self.views * fine(self.azimuths)
+    }
+
+    /// Adds to `out` (by view angle and fine azimuth) what the weights of the cells (by grid angle
+    /// and azimuth) scatter there.
     pub fn add(&self, weights: &[f64], out: &mut [f64]) {
         let (n, last) = (self.azimuths, self.azimuths - 1);
         let mut series = vec![0.0; n * self.angles];
@@ -88,7 +101,9 @@ impl Rescatter {
                     row.iter().zip(&series[mode * self.angles..]).map(|(a, b)| a * b).sum();
                 let twice = if mode == 0 || mode == last { 1.0 } else { 2.0 };
                 let value = twice * product / (2 * last) as f64;
-                for (o, c) in out[view * n..][..n].iter_mut().zip(&self.cosines[mode * n..]) {
+                let turns = fine(n);
+                let cosines = &self.fine_cosines[mode * turns..][..turns];
+                for (o, c) in out[view * turns..][..turns].iter_mut().zip(cosines) {
                     *o += value * c;
                 }
             }
@@ -197,15 +212,15 @@ mod tests {
                     hats[i / azimuths] * ends * 2.0 * PI / (azimuths - 1) as f64
                 })
                 .collect();
-            let mut out = vec![0.0; views * azimuths];
+            let mut out = vec![0.0; rescatter.outputs()];
             rescatter.add(&weights, &mut out);
             for (i, o) in out.iter().enumerate() {
                 // The rule's steps of a third of the peak's width leave half a per cent.
                 assert!(
                     (o - 1.0).abs() < 5e-3,
                     "{name} view {} azimuth {}: {o}",
-                    i / azimuths,
-                    i % azimuths
+                    i / fine(azimuths),
+                    i % fine(azimuths)
                 );
             }
         }
