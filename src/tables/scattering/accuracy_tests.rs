@@ -74,8 +74,9 @@ fn statistics(rows: &[&Row], f: impl Fn(&Row) -> f64) -> String {
 fn survey() {
     let text = |name: &str, default: &str| std::env::var(name).unwrap_or(default.to_owned());
     let number = |name: &str, default: &str| text(name, default).parse::<u64>().expect("number");
+    let real = |name: &str, default: &str| text(name, default).parse::<f64>().expect("number");
     let (rays, paths) = (number("RAYS", "60"), number("PATHS", "20000"));
-    let options = ScatteringOptions { events: number("EVENTS", "8000000"), ..Default::default() };
+    let options = ScatteringOptions { remainder: real("REMAINDER", "3e-4"), ..Default::default() };
     for name in text("PHASES", "hg:0.85").split(',') {
         let phase: Phase = name.parse().expect("phase");
         let clock = std::time::Instant::now();
@@ -126,6 +127,7 @@ fn survey() {
 fn compare_bakes() {
     let text = |name: &str, default: &str| std::env::var(name).unwrap_or(default.to_owned());
     let number = |name: &str, default: &str| text(name, default).parse::<u64>().expect("number");
+    let real = |name: &str, default: &str| text(name, default).parse::<f64>().expect("number");
     let size = |name: &str| {
         let text = text(name, "");
         let n: Vec<usize> = text.split('x').filter_map(|v| v.parse().ok()).collect();
@@ -139,17 +141,17 @@ fn compare_bakes() {
     for name in text("PHASES", "hg:0.85").split(',') {
         let phase: Phase = name.parse().expect("phase");
         let mut options = ScatteringOptions {
-            events: number("EVENTS", "4000000"),
+            remainder: real("REMAINDER", "3e-4"),
             optical_radius: [0.1, 64.0],
             ..Default::default()
         };
         options.resolution[0] = 4;
-        let make = |events, field, series, sweeps| {
+        let make = |remainder, field| {
             let clock = std::time::Instant::now();
-            let options = ScatteringOptions { events, ..options.clone() };
-            let (values, report) =
-                bake::bake_with(&phase, 1.0, &options, field, series, sweeps, &Silent);
+            let options = ScatteringOptions { remainder, ..options.clone() };
+            let (values, report) = bake::bake_with(&phase, 1.0, &options, field, &Silent);
             println!("  {:.1} s", clock.elapsed().as_secs_f64());
+            report.radii.iter().for_each(|r| println!("  {r:?}"));
             ScatteringTable::from_parts(
                 phase,
                 1.0,
@@ -160,18 +162,8 @@ fn compare_bakes() {
             )
             .expect("table")
         };
-        let one = make(
-            options.events,
-            size("FIELD1"),
-            number("SERIES1", "0"),
-            number("SWEEPS1", "4") as usize,
-        );
-        let two = make(
-            number("EVENTS2", "4000000"),
-            size("FIELD2"),
-            number("SERIES2", "1"),
-            number("SWEEPS2", "4") as usize,
-        );
+        let one = make(options.events, size("FIELD1"));
+        let two = make(real("REMAINDER2", "3e-4"), size("FIELD2"));
         for k in 0..4 {
             let r = options.optical_radius_at(k);
             for (half, label) in ["even", "lobe"].into_iter().enumerate() {

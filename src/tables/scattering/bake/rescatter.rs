@@ -32,7 +32,9 @@ pub struct Rescatter {
 }
 
 impl Rescatter {
-    /// For `views` view-sun nodes of the table and a direction grid of `angles` by `azimuths`.
+    /// For `views` view-sun nodes and a direction grid of `angles` by `azimuths`. Where the views
+    /// are the grid's own angles, their solid angles (azimuths together) may be given: then
+    /// exactly all light is scattered.
     pub fn new(
         phase: &Phase,
         map: &ViewSunMap,
@@ -40,6 +42,7 @@ impl Rescatter {
         angles: usize,
         azimuths: usize,
         shape: &Shape<'_>,
+        conserve: Option<&[f64]>,
     ) -> Self {
         let kernel =
             Kernel { phase: phase.prepare(), width: phase.peak_angle(), map, angles, azimuths };
@@ -73,7 +76,22 @@ impl Rescatter {
                 row
             })
             .collect();
-        Self { views, angles, azimuths, modes: rows.concat(), cosines, fine_cosines }
+        let mut modes = rows.concat();
+        if let Some(solid_angles) = conserve {
+            // What the cells' means lose or gain goes straight on: into the same direction.
+            for cell in 0..angles {
+                // Mode 0 sums the full circle of azimuths: the mean is over its 2 (n - 1) steps.
+                let scattered: f64 = (0..views)
+                    .map(|view| modes[view * azimuths * angles + cell] * solid_angles[view])
+                    .sum::<f64>()
+                    / (2 * last) as f64;
+                let lost = (1.0 - scattered) * (2 * last) as f64 / solid_angles[cell];
+                for mode in 0..azimuths {
+                    modes[(cell * azimuths + mode) * angles + cell] += lost;
+                }
+            }
+        }
+        Self { views, angles, azimuths, modes, cosines, fine_cosines }
     }
 
     /// View angles times azimuths of the result, which are twice as fine as the grid's: the
@@ -195,7 +213,7 @@ mod tests {
             let map = ViewSunMap::for_phase(&phase);
             let (views, angles, azimuths) = (12, 32, 10);
             let shape = Shape(&|_| 1.0);
-            let rescatter = Rescatter::new(&phase, &map, views, angles, azimuths, &shape);
+            let rescatter = Rescatter::new(&phase, &map, views, angles, azimuths, &shape, None);
             let rule = crate::tables::scattering::bake::GaussRule::new(8);
             let hats =
                 crate::tables::scattering::bake::grid::hat_integrals(angles, &rule, |index| {

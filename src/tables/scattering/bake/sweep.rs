@@ -13,86 +13,71 @@ const POINTS: usize = 8;
 /// Points of the rule over the local zenith angle that corrects each place's share of escape.
 const ESCAPE_POINTS: usize = 24;
 
-/// Light scattered at each place against each direction, on a grid refined twofold in radius,
-/// zenith angle and azimuth, so that linear interpolation suffices: by direction's angle from the
-/// sun, radius, zenith angle, azimuth.
+/// Light scattered at each place against each direction, by direction's angle from the sun,
+/// radius, zenith angle, azimuth. Azimuths are twice as fine as the grid's and read linearly;
+/// between radii and zenith angles a parabola is read: in thick spheres, where a mean free path is
+/// much shorter than a cell, linear reading would act like diffusion many times the true one.
 pub struct Emission {
-    values: Vec<f32>,
+    nodes: Vec<Node>,
     size: [usize; 3],
 }
 
+/// A value and its second differences along radius and zenith angle.
+#[derive(Clone, Copy)]
+struct Node {
+    value: f32,
+    bend_radius: f32,
+    bend_zenith: f32,
+}
+
 impl Emission {
-    /// Refines values given by radius, zenith angle, `angles` angles from the sun, and azimuth;
-    /// azimuth nodes are already twice as fine as the grid's.
+    /// From values by radius, zenith angle, `angles` angles from the sun, and fine azimuth.
     pub fn new(grid: &FieldGrid, values: &[f32], angles: usize) -> Self {
         let size = grid.size;
         let turns = fine(size.azimuth);
-        let place = angles * turns;
-        let fine_size = [fine(size.radius), fine(size.zenith), turns];
-        let slices: Vec<Vec<f32>> = (0..angles)
+        let slices: Vec<Vec<Node>> = (0..angles)
             .into_par_iter()
             .map(|angle| {
-                let row = |i: usize, j: usize| {
-                    &values[(i * size.zenith + j) * place + angle * turns..][..turns]
+                let at = |i: usize, j: usize, k: usize| {
+                    values[((i * size.zenith + j) * angles + angle) * turns + k]
                 };
-                // First between zenith angles, then between radii.
-                let columns = size.radius * fine_size[1];
-                let mut narrow: Vec<f32> = Vec::with_capacity(columns * turns);
+                let mut nodes = Vec::with_capacity(size.radius * size.zenith * turns);
                 for i in 0..size.radius {
-                    for j in 0..fine_size[1] {
-                        if j % 2 == 0 {
-                            narrow.extend_from_slice(row(i, j / 2));
-                            continue;
-                        }
-                        let (a, b) = (j / 2, j / 2 + 1);
+                    // At the ends the parabola of the last cells but one goes on.
+                    let middle = i.clamp(1, size.radius - 2);
+                    for j in 0..size.zenith {
                         for k in 0..turns {
                             // Across the axis the place's azimuth turns by half a circle.
-                            let before =
-                                if a > 0 { row(i, a - 1)[k] } else { row(i, 1)[turns - 1 - k] };
-                            let after = if b + 1 < size.zenith {
-                                row(i, b + 1)[k]
+                            let back = turns - 1 - k;
+                            let low = if j > 0 { at(i, j - 1, k) } else { at(i, 1, back) };
+                            let high = if j + 1 < size.zenith {
+                                at(i, j + 1, k)
                             } else {
-                                row(i, size.zenith - 2)[turns - 1 - k]
+                                at(i, size.zenith - 2, back)
                             };
-                            narrow.push(middle(before, row(i, a)[k], row(i, b)[k], after));
+                            let value = at(i, j, k);
+                            nodes.push(Node {
+                                value,
+                                bend_radius: bend(
+                                    at(middle - 1, j, k),
+                                    at(middle, j, k),
+                                    at(middle + 1, j, k),
+                                ),
+                                bend_zenith: bend(low, value, high),
+                            });
                         }
                     }
                 }
-                let line = fine_size[1] * turns;
-                let at = |i: usize, k: usize| narrow[i * line + k];
-                let mut out = Vec::with_capacity(fine_size[0] * line);
-                for i in 0..fine_size[0] {
-                    let (a, b) = (i / 2, i / 2 + 1);
-                    for k in 0..line {
-                        out.push(if i % 2 == 0 {
-                            at(a, k)
-                        } else {
-                            // Beyond the ends a parabola goes on.
-                            let beyond = |x: f32, y: f32, z: f32| 3.0 * (x - y) + z;
-                            let before = if a > 0 {
-                                at(a - 1, k)
-                            } else {
-                                beyond(at(a, k), at(b, k), at(b + 1, k))
-                            };
-                            let after = if b + 1 < size.radius {
-                                at(b + 1, k)
-                            } else {
-                                beyond(at(b, k), at(a, k), at(a - 1, k))
-                            };
-                            middle(before, at(a, k), at(b, k), after)
-                        });
-                    }
-                }
-                out
+                nodes
             })
             .collect();
-        Self { values: slices.concat(), size: fine_size }
+        Self { nodes: slices.concat(), size: [size.radius, size.zenith, turns] }
     }
 
     /// The values against the directions at one angle from the sun.
-    fn slice(&self, angle: usize) -> &[f32] {
+    fn slice(&self, angle: usize) -> &[Node] {
         let len = self.size.iter().product::<usize>();
-        &self.values[angle * len..][..len]
+        &self.nodes[angle * len..][..len]
     }
 
     /// Value at a point against a direction at a node's angle from the sun.
@@ -110,13 +95,20 @@ pub fn fine(count: usize) -> usize {
     2 * count - 1
 }
 
-/// Cubic interpolation half-way between the two middle values, kept between them: next to a
-/// shadow's edge the cubic would swing below zero.
-fn middle(before: f32, a: f32, b: f32, after: f32) -> f32 {
-    ((9.0 * (a + b) - before - after) / 16.0).clamp(a.min(b), a.max(b))
+/// Second difference, no larger than twice the lesser slope where both slopes have one sign: next
+/// to a shadow's edge the parabola would swing below zero.
+fn bend(low: f32, middle: f32, high: f32) -> f32 {
+    let (before, after) = (middle - low, high - middle);
+    let bend = after - before;
+    if before * after > 0.0 {
+        let most = 2.0 * before.abs().min(after.abs());
+        bend.clamp(-most, most)
+    } else {
+        bend
+    }
 }
 
-/// A point on the refined grid: the cell and the shares of the upper neighbours.
+/// A point on the grid of an [`Emission`]: the cell and the shares of the upper neighbours.
 #[derive(Clone, Copy)]
 pub struct Point {
     base: u32,
@@ -130,23 +122,32 @@ impl Point {
     /// the cosine of a direction's azimuth relative to the place's.
     pub fn new(grid: &FieldGrid, radius: f64, zenith: f64, azimuth: f64) -> Self {
         let size = grid.size;
-        let (zeniths, turns) = (fine(size.zenith), fine(size.azimuth));
-        let i = split(2.0 * grid.radius_index(radius), fine(size.radius));
+        let (zeniths, turns) = (size.zenith, fine(size.azimuth));
+        let i = split(grid.radius_index(radius), size.radius);
         let j = split(acos(zenith) / PI * (zeniths - 1) as f64, zeniths);
         let k = split(acos(azimuth) / PI * (turns - 1) as f64, turns);
         let base = (i.0 * zeniths + j.0) * turns + k.0;
         Self { base: base as u32, radius: i.1, zenith: j.1, azimuth: k.1 }
     }
 
-    fn read(&self, slice: &[f32], [radius, zenith]: [usize; 2]) -> f32 {
+    fn read(&self, slice: &[Node], [radius, zenith]: [usize; 2]) -> f32 {
         let base = self.base as usize;
-        let pair = |at: usize| slice[at] + self.azimuth * (slice[at + 1] - slice[at]);
+        let pair = |at: usize| {
+            let (low, high) = (slice[at].value, slice[at + 1].value);
+            low + self.azimuth * (high - low)
+        };
         let line = |at: usize| {
             let (a, b) = (pair(at), pair(at + zenith));
             a + self.zenith * (b - a)
         };
         let (a, b) = (line(base), line(base + radius));
-        a + self.radius * (b - a)
+        let linear = a + self.radius * (b - a);
+        let step = |share: f32, stride: usize| if share > 0.5 { stride } else { 0 };
+        let near = slice
+            [base + step(self.radius, radius) + step(self.zenith, zenith) + step(self.azimuth, 1)];
+        linear
+            - 0.5 * self.radius * (1.0 - self.radius) * near.bend_radius
+            - 0.5 * self.zenith * (1.0 - self.zenith) * near.bend_zenith
     }
 }
 
