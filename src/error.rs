@@ -26,6 +26,9 @@ pub enum Error {
     /// No graphics adapter fits.
     #[error("no usable graphics adapter: {0}")]
     NoAdapter(String),
+    /// No window can be opened.
+    #[error("no window can be opened: {0}; pictures need none: cumuli render")]
+    Window(String),
     /// The graphics device failed, was lost, or lacks something.
     #[error("graphics device: {0}")]
     Gpu(String),
@@ -50,7 +53,7 @@ impl Error {
         match self {
             Self::Input { .. } => 2,
             Self::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => 2,
-            Self::NoAdapter(_) => 2,
+            Self::NoAdapter(_) | Self::Window(_) => 2,
             Self::Io { .. } | Self::Gpu(_) => 1,
         }
     }

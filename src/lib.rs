@@ -9,5 +9,7 @@ pub mod output;
 pub mod reference;
 pub mod scene;
 pub mod tables;
+#[cfg(feature = "window")]
+pub mod window;
 
 pub use error::{Error, Result};

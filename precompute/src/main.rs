@@ -4,6 +4,7 @@
 //! to standard output, progress to standard error.
 
 mod bake;
+mod compare;
 mod info;
 
 use std::io::Write;
@@ -24,6 +25,8 @@ struct Cli {
 enum Command {
     /// Compute tables and write them to a file; without options, the tables built into cumuli
     Bake(bake::BakeArgs),
+    /// Measure ways to tabulate optical depth against each other, at equal bytes
+    Compare(compare::CompareArgs),
     /// Show what is in a table file: shapes, parameters, bytes, measured errors
     Info(info::InfoArgs),
 }
@@ -31,6 +34,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Bake(args) => bake::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
     };
     match result {

@@ -67,7 +67,8 @@ fn advance(limit: f32) {
         }
         let weight = transmittance * mean_transmittance(tau);
         radiance += weight * light;
-        distance_sum += weight * tau * 0.5 * (cursor + next);
+        // Not its middle: a dense piece is seen at its near end.
+        distance_sum += weight * tau * mix(cursor, next, mean_scatter_fraction(tau));
         transmittance *= exp(-tau);
         cursor = next;
         var i = 0u;

@@ -178,7 +178,8 @@ fn altitude_at_place(y: f32) -> f32 {
 }
 
 const MULTIPLE_SIZE: vec2<f32> = vec2(32.0, 32.0); // sun's height, altitude
-const GROUND_SIZE: f32 = 64.0;                     // sun's height
+// Sun's height; irradiance of the sky at the four wavelengths, of the sun in rgb, of the sky in rgb.
+const GROUND_SIZE: vec2<f32> = vec2(128.0, 3.0);
 const ALTITUDE_SIZE: vec2<f32> = vec2(64.0, 3.0);  // altitude; sun, above, below
 const VIEW_SIZE: vec2<f32> = vec2(64.0, 192.0);    // azimuth, elevation
 const AIR_SIZE: vec3<f32> = vec3(32.0, 96.0, 40.0); // azimuth, elevation, distance

@@ -49,7 +49,8 @@ fn escape_probability(optical_radius: f32) -> f32 {
 // Share of diffuse light that a sphere gives back; 1 at albedo 1.
 fn diffuse_response(albedo: f32, optical_radius: f32) -> f32 {
     let escape = escape_probability(optical_radius);
-    return albedo * escape / max(1.0 - albedo * (1.0 - escape), 1e-6);
+    // Absorbed plus escaping: written so that nothing cancels however little escapes.
+    return albedo * escape / (1.0 - albedo + albedo * escape);
 }
 
 struct SourceInputs {

@@ -3,17 +3,16 @@
 // Reads group 2. Twin: src/frame/cpu/sky.rs.
 #define_import_path cumuli::sky
 
-#import cumuli::atmosphere::{AIR_SIZE, ALTITUDE_SIZE, DEPTH_SIZE, GROUND_SIZE, INFINITELY_FAR, PI, PLANET_RADIUS, SkyUniforms, TABLE_SCALE, TOP_ALTITUDE, VIEW_SIZE, air_place, air_span, altitude_place, depth_place, direction_place, distance_to_ground, ground_reach, sun_place, sun_visible, texel_centre, to_rgb}
+#import cumuli::atmosphere::{AIR_SIZE, ALTITUDE_SIZE, GROUND_SIZE, INFINITELY_FAR, PI, PLANET_RADIUS, SkyUniforms, TABLE_SCALE, TOP_ALTITUDE, VIEW_SIZE, air_place, air_span, altitude_place, direction_place, distance_to_ground, ground_reach, sun_place, texel_centre}
 #import cumuli::numerics::opacity
 
 @group(2) @binding(0) var<uniform> sky: SkyUniforms;
 @group(2) @binding(1) var filtering: sampler;
-@group(2) @binding(2) var depths: texture_2d<f32>;
-@group(2) @binding(3) var ground: texture_2d<f32>;
-@group(2) @binding(4) var by_altitude: texture_2d<f32>;
-@group(2) @binding(5) var view: texture_2d<f32>;
-@group(2) @binding(6) var air_sources: texture_3d<f32>;
-@group(2) @binding(7) var air_depths: texture_2d<f32>;
+@group(2) @binding(2) var ground: texture_2d<f32>;
+@group(2) @binding(3) var by_altitude: texture_2d<f32>;
+@group(2) @binding(4) var view: texture_2d<f32>;
+@group(2) @binding(5) var air_sources: texture_3d<f32>;
+@group(2) @binding(6) var air_depths: texture_2d<f32>;
 
 // Air between the camera and a place.
 struct Air {
@@ -39,23 +38,6 @@ fn sky_radiance(dir: vec3<f32>) -> vec3<f32> {
     return textureSampleLevel(view, filtering, place, 0.0).rgb * (sky.sun.w / TABLE_SCALE);
 }
 
-// Transmittance of the air from the camera to space.
-fn transmittance_to_space(mu: f32) -> vec3<f32> {
-    var altitude = sky.camera_altitude;
-    var start_mu = mu;
-    if altitude > TOP_ALTITUDE {
-        let span = air_span(altitude, mu);
-        if span.y <= 0.0 {
-            return vec3(1.0);
-        }
-        start_mu = ((PLANET_RADIUS + altitude) * mu + span.x) / (PLANET_RADIUS + TOP_ALTITUDE);
-        altitude = TOP_ALTITUDE;
-    }
-    let place = depth_place(altitude, start_mu);
-    let uv = vec2(texel_centre(place.x, DEPTH_SIZE.x), texel_centre(place.y, DEPTH_SIZE.y));
-    return max(to_rgb(sky, exp(-textureSampleLevel(depths, filtering, uv, 0.0))), vec3(0.0));
-}
-
 // Radiance of the sun's disc: 0 away from it and where the ground is before it. The rim is
 // soft, so that a disc of a few pixels has no steps.
 fn sun_disc_radiance(dir: vec3<f32>) -> vec3<f32> {
@@ -72,10 +54,14 @@ fn sun_disc_radiance(dir: vec3<f32>) -> vec3<f32> {
     if sky.is_uniform != 0u {
         return radiance;
     }
-    if sky_direction(dir).y < 0.0 {
+    let direction = sky_direction(dir);
+    if direction.y < 0.0 {
         return vec3(0.0);
     }
-    return radiance * transmittance_to_space(dir.y);
+    // The air up to infinity.
+    let place = direction_place(direction.x, direction.y, sky.horizon_dip, AIR_SIZE.xy);
+    let depth = textureSampleLevel(air_depths, filtering, vec2(place.y, texel_centre(1.0, AIR_SIZE.z)), 0.0).rgb;
+    return radiance * exp(-depth);
 }
 
 // Half the width of the disc's rim, in radii.
@@ -153,9 +139,8 @@ fn ground_radiance(dir: vec3<f32>, distance: f32, sun_visibility: f32) -> vec3<f
     if sky.is_uniform != 0u {
         return reflected * max(sun_mu, 0.0) * sun_visibility + sky.ground_colour.rgb * sky.uniform_radiance;
     }
-    let place = depth_place(0.0, sun_mu);
-    let uv = vec2(texel_centre(place.x, DEPTH_SIZE.x), texel_centre(place.y, DEPTH_SIZE.y));
-    let direct = exp(-textureSampleLevel(depths, filtering, uv, 0.0)) * (sun_visible(0.0, sun_mu) * max(sun_mu, 0.0) * sun_visibility);
-    let diffuse = textureSampleLevel(ground, filtering, vec2(texel_centre(sun_place(sun_mu), GROUND_SIZE), 0.5), 0.0) / TABLE_SCALE;
-    return reflected * max(to_rgb(sky, direct + diffuse), vec3(0.0));
+    let x = texel_centre(sun_place(sun_mu), GROUND_SIZE.x);
+    let direct = textureSampleLevel(ground, filtering, vec2(x, 1.5 / GROUND_SIZE.y), 0.0).rgb;
+    let diffuse = textureSampleLevel(ground, filtering, vec2(x, 2.5 / GROUND_SIZE.y), 0.0).rgb;
+    return reflected * (direct * sun_visibility + diffuse) / TABLE_SCALE;
 }

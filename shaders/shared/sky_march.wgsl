@@ -49,7 +49,8 @@ fn scattered_light(altitude: f32, sun_mu: f32) -> vec4<f32> {
 
 // Irradiance of the sky on the ground.
 fn sky_on_ground(sun_mu: f32) -> vec4<f32> {
-    return textureSampleLevel(ground, filtering, vec2(texel_centre(sun_place(sun_mu), GROUND_SIZE), 0.5), 0.0) / TABLE_SCALE;
+    let uv = vec2(texel_centre(sun_place(sun_mu), GROUND_SIZE.x), 0.5 / GROUND_SIZE.y);
+    return textureSampleLevel(ground, filtering, uv, 0.0) / TABLE_SCALE;
 }
 
 // Radiance of the bare ground.

@@ -16,8 +16,9 @@ struct OpticalDepthParams {
 
 struct ChordProfile {
     mean_density: f32,
-    shares: vec3<f32>,          // of the matter in each third of the chord, from the entry on
-    end_slope: f32,             // of the cumulative share at both ends, per third
+    start: f32,                 // where the matter begins, fraction of the length from the entry on
+    inverse_extent: f32,        // 1 / fraction of the length that it takes
+    smoothness: f32,            // 0: spread evenly there, 1: following a smooth step
 }
 
 @group(1) @binding(0) var optical_depth_texture: texture_3d<f32>;
@@ -25,11 +26,11 @@ struct ChordProfile {
 
 // Radii; a shorter chord has no direction in f32.
 const SHORTEST_CHORD: f32 = 1e-6;
-// Below this mean density shares are rounding errors.
-const EMPTY_DENSITY: f32 = 1e-5;
+// Least fraction of a chord's length that its matter takes.
+const LEAST_EXTENT: f32 = 1e-3;
 
-// Mean densities of the three thirds, along the table's direction of the line.
-fn part_densities(shape: u32, disc: vec2<f32>, direction: vec2<f32>) -> vec3<f32> {
+// Square root of the mean density, start and end of the matter in the table's direction.
+fn table_channels(shape: u32, disc: vec2<f32>, direction: vec2<f32>) -> vec3<f32> {
     let p = optical_depth_params;
     let place = saturate(0.5 + 0.5 * disc) * (p.disc_nodes - 1.0) + 0.5;
     let turned = saturate(0.5 + 0.5 * direction) * (p.direction_nodes - 1.0);
@@ -40,19 +41,17 @@ fn part_densities(shape: u32, disc: vec2<f32>, direction: vec2<f32>) -> vec3<f32
         (turned.x + 0.5) / p.direction_nodes,
     );
     let next = vec3(at.x + p.disc_nodes * p.inverse_width, at.yz);
-    let roots = mix(
+    return mix(
         textureSampleLevel(optical_depth_texture, table_sampler, at, 0.0).rgb,
         textureSampleLevel(optical_depth_texture, table_sampler, next, 0.0).rgb,
         turned.y - tile,
     );
-    return roots * roots;
 }
 
 // Entry and exit are points of the unit sphere in the particle's own axes; shape 0 is uniform.
 fn chord_profile(shape: u32, entry: vec3<f32>, exit: vec3<f32>) -> ChordProfile {
-    var profile = ChordProfile(1.0, vec3(1.0 / 3.0), 1.0 / 3.0);
     if shape == 0u {
-        return profile;
+        return ChordProfile(1.0, 0.0, 1.0, 0.0);
     }
     let chord = exit - entry;
     let chord_length = length(chord);
@@ -64,33 +63,15 @@ fn chord_profile(shape: u32, entry: vec3<f32>, exit: vec3<f32>) -> ChordProfile 
     let disc = middle.xy - d.xy * (middle.z / (1.0 + d.z));
     let folded = d.xy / (abs(d.x) + abs(d.y) + d.z);
     let direction = vec2(folded.x + folded.y, folded.x - folded.y);
-    var parts = part_densities(shape, disc, direction);
-    parts = select(parts, parts.zyx, reversed);
-
-    let sum = parts.x + parts.y + parts.z;
-    profile.mean_density = sum / 3.0;
-    if profile.mean_density >= EMPTY_DENSITY {
-        profile.shares = parts / sum;
-        // The density of a noise shape ends at the surface of its sphere.
-        profile.end_slope = 0.0;
-    }
-    return profile;
+    let channels = table_channels(shape, disc, direction);
+    let extent = select(channels.yz, 1.0 - channels.zy, reversed);
+    // Keeps the step inside the chord where its extent is widened to the least.
+    let start = min(extent.x, 1.0 - LEAST_EXTENT);
+    return ChordProfile(channels.x * channels.x, start, 1.0 / max(extent.y - start, LEAST_EXTENT), 1.0);
 }
 
-// Share of the chord's matter before the fraction t of its length: a cubic in each third with
-// slopes that continue, limited so that it never falls (Fritsch and Carlson 1980).
+// Share of the chord's matter before the fraction t of its length: 0 at 0, 1 at 1, never falling.
 fn chord_fraction(profile: ChordProfile, t: f32) -> f32 {
-    let s = profile.shares;
-    let joints = min(0.5 * (s.xy + s.yz), 3.0 * min(s.xy, s.yz));
-    let x = saturate(t) * 3.0;
-    let second = x >= 1.0;
-    let third = x >= 2.0;
-    let before = select(0.0, s.x, second) + select(0.0, s.y, third);
-    let share = select(select(s.x, s.y, second), s.z, third);
-    let slope_in = select(select(profile.end_slope, joints.x, second), joints.y, third);
-    let slope_out = select(select(joints.x, joints.y, second), profile.end_slope, third);
-    let u = x - select(0.0, 1.0, second) - select(0.0, 1.0, third);
-    let v = 1.0 - u;
-    let value = before + share * u * u * (3.0 - 2.0 * u) + u * v * (slope_in * v - slope_out * u);
-    return saturate(value);
+    let x = saturate((t - profile.start) * profile.inverse_extent);
+    return mix(x, x * x * (3.0 - 2.0 * x), profile.smoothness);
 }

@@ -5,10 +5,6 @@
 #import cumuli::numerics::opacity
 #import cumuli::table_sampler::table_sampler
 
-// Until the tables are bound by the frame a stand-in answers; the defining constant goes with it.
-#ifndef SCATTERING_TABLE
-fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, r: f32) -> vec2<f32> { let c = 0.5+0.5*dot(entry, sun); return vec2(mix(exp(-2.0*r),1.0,c)/(1.0+0.3*r), 0.08*c*r/(1.0+r)); }
-#else
 struct ScatteringParams {
     view_nodes: f32,
     azimuth_nodes: f32,
@@ -70,4 +66,3 @@ fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_r
     );
     return vec2(p.albedo * exp(-optical_radius * value.x), opacity(optical_radius) * exp(value.y));
 }
-#endif

@@ -30,6 +30,6 @@ pub(super) fn tables_summary(path: Option<&Path>) -> Result<Vec<String>> {
 }
 
 /// The tables of a file, or the built-in ones.
-fn tables_of(path: Option<&Path>) -> Result<TableSet> {
+pub(super) fn tables_of(path: Option<&Path>) -> Result<TableSet> {
     path.map_or_else(TableSet::embedded, TableSet::load)
 }

@@ -6,6 +6,8 @@
 
 mod args;
 mod engine;
+#[cfg(feature = "window")]
+mod fly;
 mod info;
 mod progress;
 mod render;
@@ -13,9 +15,11 @@ mod render;
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 
 pub use args::{MAX_SIDE, Size};
+#[cfg(feature = "window")]
+pub use fly::FlyArgs;
 pub use info::InfoArgs;
 pub use progress::StageBar;
 pub use render::{Job, RenderArgs};
@@ -26,7 +30,7 @@ use crate::error::{Error, Result};
 #[derive(Debug, Parser)]
 #[command(name = "cumuli", version, about, infer_subcommands = false)]
 pub struct Cli {
-    /// What to do; without a command the help is shown.
+    /// What to do; without a command, fly.
     #[command(subcommand)]
     pub command: Option<Command>,
 }
@@ -34,6 +38,9 @@ pub struct Cli {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Open a window and fly through a scene
+    #[cfg(feature = "window")]
+    Fly(FlyArgs),
     /// Render one picture or a sequence of frames
     Render(RenderArgs),
     /// Show the graphics adapter, its limits, and the tables
@@ -58,7 +65,12 @@ fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Some(Command::Render(args)) => render::run(&args),
         Some(Command::Info(args)) => info::run(&args),
-        None => print(&format!("{}", Cli::command().render_help())),
+        #[cfg(feature = "window")]
+        Some(Command::Fly(args)) => fly::run(&args),
+        #[cfg(feature = "window")]
+        None => fly::run(&FlyArgs::default()),
+        #[cfg(not(feature = "window"))]
+        None => print(&format!("{}", <Cli as clap::CommandFactory>::command().render_help())),
     }
 }
 
@@ -67,7 +79,7 @@ fn start_log() {
     use tracing_subscriber::EnvFilter;
     // The Vulkan loader complains of drivers without their hardware; that no adapter is left is an
     // error of ours and said in one sentence.
-    const WARNINGS: &str = "warn,wgpu_hal::vulkan::instance=off";
+    const WARNINGS: &str = "warn,wgpu_hal::vulkan::instance=off,winit=error";
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(WARNINGS));
     let log = tracing_subscriber::fmt()
         .with_env_filter(filter)

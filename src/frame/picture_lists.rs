@@ -78,6 +78,7 @@ pub enum Projection<'a> {
 
 impl PictureLists {
     /// Makes the buffers for one picture.
+    #[expect(clippy::too_many_arguments, reason = "one argument per resource")]
     pub fn new(
         gpu: &Gpu,
         passes: &ListPasses,

@@ -330,7 +330,8 @@ fn compute_pass(encoder: &mut wgpu::CommandEncoder, pass: Pass) -> wgpu::Compute
     })
 }
 
-fn sky_inputs(scene: &Scene) -> SkyInputs {
+/// What the sky of a scene depends on.
+pub fn sky_inputs(scene: &Scene) -> SkyInputs {
     SkyInputs {
         kind: match scene.sky {
             Sky::Uniform { radiance } => SkyKind::Uniform { radiance: radiance as f32 },

@@ -107,7 +107,7 @@ mod tests {
         gpu.check().expect("a fresh device");
         let beyond = gpu.device.limits().max_buffer_size + 4;
         for label in ["first", "second"] {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            let _ = gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
                 size: beyond,
                 usage: wgpu::BufferUsages::COPY_DST,

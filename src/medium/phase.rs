@@ -145,7 +145,7 @@ impl Phase {
     /// Whether the parameter lies in the range the formula is for.
     pub fn check(&self) -> Result<()> {
         match *self {
-            Self::Hg { g } if !(g.abs() <= MAX_ABS_G) => Err(Error::input(
+            Self::Hg { g } if !(-MAX_ABS_G..=MAX_ABS_G).contains(&g) => Err(Error::input(
                 format!("phase function hg:{g}"),
                 format!("expected a mean cosine between -{MAX_ABS_G} and {MAX_ABS_G}"),
             )),

@@ -57,7 +57,8 @@ impl Display for Format {
     }
 }
 
-/// Writes a picture in the format of the file name's end. The folder is made if need be.
+/// Writes a picture in the format of the file name's end. The folder is made if need be, and what
+/// a killed run left of the same picture is removed.
 pub fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
     let format = Format::of(path)?;
     let pixels = Picture::pixel_count(picture.size);
@@ -72,6 +73,7 @@ pub fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
             ),
         ));
     }
+    atomic::sweep(path);
     match format {
         Format::Png => write_atomically(path, |out| png::encode(picture, out)),
         Format::Exr => write_atomically(path, |out| exr::encode(picture, out)),

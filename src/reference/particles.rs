@@ -164,7 +164,7 @@ impl Medium for ParticleGrid {
                 last = last.min(a[axis].max(b[axis]));
             }
         }
-        if !(t < last) {
+        if t.is_nan() || t >= last {
             return;
         }
         let mut c = ((ray.at(t) - self.low) / self.cell)

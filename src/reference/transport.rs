@@ -23,9 +23,9 @@ pub trait Surroundings: Sync {
     /// `ray.dir`, without the sun's disc.
     fn sky(&self, ray: &Ray) -> DVec3;
 
-    /// Radiance of the sun's disc in a ray's direction, where nothing is in the way. Only a camera
-    /// sees it: scattered light meets the disc through [`Self::sun`].
-    fn disc(&self, ray: &Ray) -> DVec3;
+    /// Radiance behind everything along a ray of the camera, the sun's disc included. Only a
+    /// camera sees the disc: scattered light meets it through [`Self::sun`].
+    fn sky_of_eye(&self, ray: &Ray) -> DVec3;
 
     /// Light that the air adds on the way from the eye, and its transmittance, for a ray of the
     /// camera and a distance (m). Scattered paths ignore the air between clouds.
@@ -154,18 +154,15 @@ pub fn look(
 ) -> Seen {
     let flight = fly(medium, surroundings, &ray, random);
     let distance = match flight {
-        Flight::Collision(t) | Flight::Ground(t) => Some(t),
-        Flight::Escape => None,
+        Flight::Collision(t) | Flight::Ground(t) => t,
+        Flight::Escape => {
+            return Seen { radiance: surroundings.sky_of_eye(&ray), transmittance: 1.0 };
+        }
     };
     let transmittance = if matches!(flight, Flight::Collision(_)) { 0.0 } else { 1.0 };
     let light = radiance(medium, surroundings, matter, ray, flight, random);
-    let radiance = match distance {
-        None => light + surroundings.disc(&ray),
-        Some(t) => {
-            let (added, passed) = surroundings.air(&ray, t);
-            light * passed + added
-        }
-    };
+    let (added, passed) = surroundings.air(&ray, distance);
+    let radiance = light * passed + added;
     Seen { radiance, transmittance }
 }
 

@@ -81,8 +81,8 @@ impl Surroundings for UniformSky {
         self.radiance
     }
 
-    fn disc(&self, ray: &Ray) -> DVec3 {
-        self.sun.map_or(DVec3::ZERO, |sun| sun.radiance(ray.dir))
+    fn sky_of_eye(&self, ray: &Ray) -> DVec3 {
+        self.radiance + self.sun.map_or(DVec3::ZERO, |sun| sun.radiance(ray.dir))
     }
 
     fn sun(&self, _point: DVec3, random: &mut Random) -> Option<(DVec3, DVec3)> {

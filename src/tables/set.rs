@@ -4,8 +4,9 @@ use std::path::Path;
 
 use super::defaults::{default_media, default_shapes};
 use super::description::Description;
+use super::optical_depth::bake::check_shape;
 use super::optical_depth::{ChordProfile, OpticalDepthOptions, OpticalDepthTable};
-use super::progress::Progress;
+use super::progress::{Numbered, Progress};
 use super::scattering::{ScatteringOptions, ScatteringTable};
 use super::{cache, file};
 use crate::error::{Error, Result};
@@ -50,6 +51,37 @@ impl Default for BakeOptions {
     }
 }
 
+impl BakeOptions {
+    /// Refuses before anything is computed what would be refused afterwards.
+    fn check(&self) -> Result<()> {
+        distinct(self.shapes.iter().map(ToString::to_string))?;
+        distinct(self.media.iter().map(|(phase, albedo)| medium(phase, *albedo)))?;
+        self.shapes.iter().try_for_each(|spec| check_shape(*spec))?;
+        self.optical_depth.check()?;
+        self.media.iter().try_for_each(|(phase, albedo)| {
+            phase.check()?;
+            self.scattering.check(*albedo)
+        })
+    }
+}
+
+/// A medium for people.
+fn medium(phase: &Phase, albedo: f64) -> String {
+    format!("{phase} with albedo {albedo}")
+}
+
+/// Refuses a name that occurs twice.
+fn distinct(names: impl Iterator<Item = String>) -> Result<()> {
+    let mut seen = Vec::new();
+    for name in names {
+        if seen.contains(&name) {
+            return Err(Error::input("tables", format!("expected {name} once, found it twice")));
+        }
+        seen.push(name);
+    }
+    Ok(())
+}
+
 impl TableSet {
     /// The tables that are part of the program.
     pub fn embedded() -> Result<Self> {
@@ -75,28 +107,9 @@ impl TableSet {
         options: OpticalDepthOptions,
         scattering: Vec<ScatteringTable>,
     ) -> Result<Self> {
-        for (i, table) in scattering.iter().enumerate() {
-            let same = |other: &ScatteringTable| {
-                other.phase() == table.phase() && other.albedo() == table.albedo()
-            };
-            if scattering[..i].iter().any(same) {
-                return Err(Error::input(
-                    "tables",
-                    format!(
-                        "expected each medium once, found {} with albedo {} twice",
-                        table.phase(),
-                        table.albedo()
-                    ),
-                ));
-            }
-        }
-        for (i, table) in optical_depth.iter().enumerate() {
-            if optical_depth[..i].iter().any(|other| other.spec() == table.spec()) {
-                return Err(Error::input(
-                    "tables",
-                    format!("expected each shape once, found {} twice", table.spec()),
-                ));
-            }
+        distinct(optical_depth.iter().map(|t| t.spec().to_string()))?;
+        distinct(scattering.iter().map(|t| medium(t.phase(), t.albedo())))?;
+        for table in &optical_depth {
             if table.grid() != optical_depth[0].grid() {
                 return Err(Error::input(
                     format!("optical depth of {}", table.spec()),
@@ -116,6 +129,8 @@ impl TableSet {
 
     /// Computes tables. The same options give the same bytes, whatever the number of threads.
     pub fn bake(options: &BakeOptions, progress: &dyn Progress) -> Result<Self> {
+        options.check()?;
+        let progress = &Numbered::new(progress, options.shapes.len() + options.media.len());
         let shapes = options.shapes.iter();
         let optical_depth: Result<Vec<_>> = shapes
             .map(|spec| OpticalDepthTable::bake(*spec, &options.optical_depth, progress))
@@ -156,7 +171,7 @@ impl TableSet {
 
     /// The media that the set has scattering tables of, for people.
     pub fn media(&self) -> String {
-        let media = self.scattering.iter().map(|t| format!("{} with {}", t.phase(), t.albedo()));
+        let media = self.scattering.iter().map(|t| medium(t.phase(), t.albedo()));
         let media: Vec<_> = media.collect();
         if media.is_empty() { "none".to_owned() } else { media.join(", ") }
     }

@@ -3,6 +3,7 @@
 mod arguments;
 mod pictures;
 mod sequences;
+mod tables;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

@@ -15,6 +15,16 @@ fn a_picture_of_the_asked_size_with_a_cloud_in_it() {
     assert_eq!(place.names("new"), ["a.png"]);
 }
 
+/// A run that was killed in the middle of writing leaves a part under another name.
+#[test]
+fn what_a_killed_run_left_is_removed() {
+    let place = Place::new();
+    place.write(".a.png.k1ll3d.tmp", "half a picture");
+    place.write(".b.png.k1ll3d.tmp", "half of another");
+    place.works("render --scene small.toml --size 16x9 --out a.png");
+    assert_eq!(place.names(""), [".b.png.k1ll3d.tmp", "a.png", "small.toml"]);
+}
+
 #[test]
 fn linear_radiance_in_the_scenes_unit() {
     let place = Place::new();

@@ -2,7 +2,17 @@
 //! and for the reference. One file per WGSL file of the same stem.
 
 pub mod atmosphere;
+pub mod blend;
+pub mod light;
+pub mod light_project;
+pub mod lighting;
 pub mod noise;
 pub mod rings;
+pub mod scan;
+pub mod screen_project;
+pub mod shadow;
 pub mod sky;
 pub mod sky_march;
+pub mod sort;
+pub mod tile_lists;
+pub mod tonemap;

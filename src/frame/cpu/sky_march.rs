@@ -136,14 +136,14 @@ impl Air {
                 depth_to_space(&coefficients, altitude, mu, 64)
             }),
             multiple: nothing(MULTIPLE_SIZE),
-            ground: nothing([GROUND_SIZE, 1]),
+            ground: nothing([GROUND_SIZE[0], 1]),
         };
         let multiple = Table::new(MULTIPLE_SIZE, |place| {
             air.second_and_more(altitude_at_place(place.y), sun_at_place(place.x))
         });
         air.multiple = multiple;
         let ground =
-            Table::new([GROUND_SIZE, 1], |place| air.sky_irradiance(sun_at_place(place.x)));
+            Table::new([GROUND_SIZE[0], 1], |place| air.sky_irradiance(sun_at_place(place.x)));
         air.ground = ground;
         air
     }

@@ -142,7 +142,7 @@ impl SkyPass {
                 SkyWork::Ground,
                 [&t.depth, &t.multiple, none],
                 &[&t.ground],
-                over([tables::GROUND_SIZE, 1], [64, 1]),
+                over([tables::GROUND_SIZE[0], 1], [64, 1]),
             ),
             stage(
                 crate::shader_file!("frame/sky_altitude.wgsl"),
@@ -171,8 +171,8 @@ impl SkyPass {
         ]
         .into_iter()
         .collect();
-        let layout = tables::layout(gpu, "sky", &[FLAT, FLAT, FLAT, FLAT, SOLID, FLAT]);
-        let read = [&t.depth, &t.ground, &t.altitude, &t.view, &t.air_sources, &t.air_depths];
+        let layout = tables::layout(gpu, "sky", &[FLAT, FLAT, FLAT, SOLID, FLAT]);
+        let read = [&t.ground, &t.altitude, &t.view, &t.air_sources, &t.air_depths];
         let group = tables::bind(gpu, &layout, &uniforms, &sampler, &read);
         Ok(Self { layout, group, uniforms, tables: t, stages: stages?, last: None, made: None })
     }

@@ -10,8 +10,8 @@ const TEXEL_BYTES: u64 = 8;
 pub const DEPTH_SIZE: [u32; 2] = [256, 64];
 /// Sun's height, altitude.
 pub const MULTIPLE_SIZE: [u32; 2] = [32, 32];
-/// Sun's height.
-pub const GROUND_SIZE: u32 = 64;
+/// Sun's height; irradiance of the sky at the four wavelengths, of the sun in rgb, of the sky in rgb.
+pub const GROUND_SIZE: [u32; 2] = [128, 3];
 /// Altitude; sun, above, below.
 pub const ALTITUDE_SIZE: [u32; 2] = [64, 3];
 /// Azimuth, elevation.
@@ -25,7 +25,7 @@ pub struct SkyTables {
     pub depth: wgpu::Texture,
     /// Mean radiance of light scattered twice and more, by the sun's height and altitude.
     pub multiple: wgpu::Texture,
-    /// Irradiance of the sky on the ground, by the sun's height.
+    /// Irradiance of sky and sun on the ground, by the sun's height.
     pub ground: wgpu::Texture,
     /// Light of the sun and of both hemispheres, by altitude.
     pub altitude: wgpu::Texture,
@@ -67,7 +67,7 @@ impl SkyTables {
         Self {
             depth: flat("sky depth", DEPTH_SIZE),
             multiple: flat("sky multiple", MULTIPLE_SIZE),
-            ground: flat("sky ground", [GROUND_SIZE, 1]),
+            ground: flat("sky ground", GROUND_SIZE),
             altitude: flat("sky altitude", ALTITUDE_SIZE),
             view: flat("sky view", VIEW_SIZE),
             air_sources: texture(gpu, "sky air sources", AIR_SIZE),

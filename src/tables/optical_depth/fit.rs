@@ -7,19 +7,27 @@
 //! number of threads: cells are walked slab by slab along the last axis, first the even slabs,
 //! whose corners share no node, then the odd ones.
 
+use glam::{DVec4, Vec4};
 use rayon::prelude::*;
 
-use super::grid::{CHANNELS, CORNERS, Grid, weights};
+use super::grid::{CORNERS, Grid, weights};
 
-/// What one ray wants.
+/// What one ray wants of each channel.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Target {
+    /// What filtering should give.
+    pub value: Vec4,
+    /// How much it counts.
+    pub weight: Vec4,
+}
+
+/// A target at a place; of weight 0 where there is no chord.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sample {
     /// Coordinates in its cell, 0..1.
-    pub fraction: [f32; 4],
-    /// What filtering should give there.
-    pub target: [f32; CHANNELS],
-    /// How much it counts; 0 for a place without a chord.
-    pub weight: f32,
+    pub fraction: Vec4,
+    /// What is wanted there.
+    pub wanted: Target,
 }
 
 /// The samples of all cells: the same number in each, cells in the order of their base node with
@@ -33,91 +41,70 @@ pub struct Samples {
     pub list: Vec<Sample>,
 }
 
-type Value = [f32; CHANNELS];
-
 /// Nodes summed at a stretch in dot products: fixed, so that sums do not depend on threads.
 const CHUNK: usize = 4096;
 
 impl Samples {
     /// Solves for the node values in `iterations` steps from the weighted mean of each node's
-    /// samples; nodes that no sample touches stay 0.
-    pub fn fit(&self, iterations: usize) -> Vec<Value> {
+    /// samples; nodes that no sample touches stay 0. Channels are independent. `step` is called
+    /// after each.
+    pub fn fit(&self, iterations: usize, step: impl Fn()) -> Vec<Vec4> {
         let (diagonal, mut x) = self.start();
-        let zero = vec![[0.0; CHANNELS]; x.len()];
         // Residual A^T W (b - A x).
         let mut r = self.apply(&x, true);
-        let mut p: Vec<Value> = precondition(&r, &diagonal);
+        let mut p = precondition(&r, &diagonal);
         let mut rz = dot(&r, &p);
-        let mut z = zero;
         for _ in 0..iterations {
             let q = self.apply(&p, false);
-            let pq = dot(&p, &q);
-            let alpha: [f64; CHANNELS] = ratio(rz, pq);
-            x.par_iter_mut().zip(&p).for_each(|(x, p)| add(x, p, alpha));
-            r.par_iter_mut().zip(&q).for_each(|(r, q)| add(r, q, alpha.map(|a| -a)));
-            z.clone_from(&precondition(&r, &diagonal));
+            let alpha = ratio(rz, dot(&p, &q));
+            x.par_iter_mut().zip(&p).for_each(|(x, p)| *x += alpha * *p);
+            r.par_iter_mut().zip(&q).for_each(|(r, q)| *r -= alpha * *q);
+            let z = precondition(&r, &diagonal);
             let next = dot(&r, &z);
             let beta = ratio(next, rz);
             rz = next;
-            p.par_iter_mut().zip(&z).for_each(|(p, z)| {
-                for c in 0..CHANNELS {
-                    p[c] = z[c] + (beta[c] as f32) * p[c];
-                }
-            });
+            p.par_iter_mut().zip(&z).for_each(|(p, z)| *p = *z + beta * *p);
+            step();
         }
         x
     }
 
     /// Diagonal of the normal equations, and a first guess.
-    fn start(&self) -> (Vec<f32>, Vec<Value>) {
-        // Channels: diagonal, sum of weights; the guess needs four more.
-        let sums = self.scatter(|sample, w| [w * w * sample.weight, w * sample.weight, 0.0, 0.0]);
-        let guess = self.scatter(|sample, w| sample.target.map(|t| w * sample.weight * t));
-        let x = guess
-            .iter()
-            .zip(&sums)
-            .map(|(g, s)| g.map(|g| if s[1] > 0.0 { g / s[1] } else { 0.0 }))
-            .collect();
-        (sums.iter().map(|s| s[0]).collect(), x)
+    fn start(&self) -> (Vec<Vec4>, Vec<Vec4>) {
+        let diagonal = self.scatter(|wanted, w| wanted.weight * (w * w));
+        let sums = self.scatter(|wanted, w| wanted.weight * w);
+        let guess = self.scatter(|wanted, w| wanted.value * wanted.weight * w);
+        let x = guess.iter().zip(&sums).map(|(g, s)| quotient(*g, *s)).collect();
+        (diagonal, x)
     }
 
     /// A^T W A x, or with `residual` A^T W (b - A x).
-    fn apply(&self, x: &[Value], residual: bool) -> Vec<Value> {
+    fn apply(&self, x: &[Vec4], residual: bool) -> Vec<Vec4> {
         self.slabs(|samples, base, corners, out| {
-            let local: [Value; CORNERS] =
+            let local: [Vec4; CORNERS] =
                 std::array::from_fn(|i| x.get(base + corners[i]).copied().unwrap_or_default());
-            for sample in samples.iter().filter(|s| s.weight > 0.0) {
+            for sample in samples.iter().filter(|s| s.wanted.weight != Vec4::ZERO) {
                 let w = weights(sample.fraction);
-                let mut value = [0.0f32; CHANNELS];
+                let mut value = Vec4::ZERO;
                 for (w, v) in w.iter().zip(&local) {
-                    for c in 0..CHANNELS {
-                        value[c] += w * v[c];
-                    }
+                    value += *w * *v;
                 }
                 if residual {
-                    for c in 0..CHANNELS {
-                        value[c] = sample.target[c] - value[c];
-                    }
+                    value = sample.wanted.value - value;
                 }
-                for c in &mut value {
-                    *c *= sample.weight;
-                }
+                value *= sample.wanted.weight;
                 for (o, w) in out.iter_mut().zip(&w) {
-                    for c in 0..CHANNELS {
-                        o[c] += w * value[c];
-                    }
+                    *o += *w * value;
                 }
             }
         })
     }
 
-    fn scatter(&self, term: impl Fn(&Sample, f32) -> Value + Sync) -> Vec<Value> {
+    fn scatter(&self, term: impl Fn(&Target, f32) -> Vec4 + Sync) -> Vec<Vec4> {
         self.slabs(|samples, _, _, out| {
-            for sample in samples.iter().filter(|s| s.weight > 0.0) {
+            for sample in samples.iter().filter(|s| s.wanted.weight != Vec4::ZERO) {
                 for (o, w) in out.iter_mut().zip(weights(sample.fraction)) {
-                    for (o, t) in o.iter_mut().zip(term(sample, w)) {
-                        *o += t;
-                    }
+                    *o += term(&sample.wanted, w);
                 }
             }
         })
@@ -126,13 +113,13 @@ impl Samples {
     /// Walks all cells and adds what `cell` puts on their corners.
     fn slabs(
         &self,
-        cell: impl Fn(&[Sample], usize, &[usize; CORNERS], &mut [Value; CORNERS]) + Sync,
-    ) -> Vec<Value> {
+        cell: impl Fn(&[Sample], usize, &[usize; CORNERS], &mut [Vec4; CORNERS]) + Sync,
+    ) -> Vec<Vec4> {
         let [na, nb, nc, nd] = self.grid.nodes;
         let plane = na * nb * nc;
         let corners = self.grid.corners();
         let cells_in_slab = (na - 1) * (nb - 1) * (nc - 1);
-        let mut sum = vec![[0.0; CHANNELS]; self.grid.len()];
+        let mut sum = vec![Vec4::ZERO; self.grid.len()];
         for parity in 0..2 {
             let from = (parity * plane).min(sum.len());
             sum[from..].par_chunks_mut(2 * plane).enumerate().for_each(|(pair, nodes)| {
@@ -146,12 +133,10 @@ impl Samples {
                     let local = a + na * (b + nb * c);
                     let first = (slab * cells_in_slab + index) * self.per_cell;
                     let samples = &self.list[first..first + self.per_cell];
-                    let mut out = [[0.0; CHANNELS]; CORNERS];
+                    let mut out = [Vec4::ZERO; CORNERS];
                     cell(samples, slab * plane + local, &corners, &mut out);
                     for (offset, value) in corners.iter().zip(out) {
-                        for (n, v) in nodes[local + offset].iter_mut().zip(value) {
-                            *n += v;
-                        }
+                        nodes[local + offset] += value;
                     }
                 }
             });
@@ -160,41 +145,27 @@ impl Samples {
     }
 }
 
-fn add(x: &mut Value, p: &Value, factor: [f64; CHANNELS]) {
-    for c in 0..CHANNELS {
-        x[c] += factor[c] as f32 * p[c];
-    }
+fn precondition(r: &[Vec4], diagonal: &[Vec4]) -> Vec<Vec4> {
+    r.par_iter().zip(diagonal).map(|(r, d)| quotient(*r, *d)).collect()
 }
 
-fn precondition(r: &[Value], diagonal: &[f32]) -> Vec<Value> {
-    r.par_iter().zip(diagonal).map(|(r, d)| r.map(|r| if *d > 0.0 { r / d } else { 0.0 })).collect()
+/// a / b in each channel, 0 where b is.
+fn quotient(a: Vec4, b: Vec4) -> Vec4 {
+    let some = b.cmpgt(Vec4::ZERO);
+    Vec4::select(some, a / Vec4::select(some, b, Vec4::ONE), Vec4::ZERO)
 }
 
 /// Dot product of each channel.
-fn dot(a: &[Value], b: &[Value]) -> [f64; CHANNELS] {
-    let parts: Vec<[f64; CHANNELS]> = a
-        .par_chunks(CHUNK)
-        .zip(b.par_chunks(CHUNK))
-        .map(|(a, b)| {
-            let mut sum = [0.0; CHANNELS];
-            for (a, b) in a.iter().zip(b) {
-                for c in 0..CHANNELS {
-                    sum[c] += f64::from(a[c]) * f64::from(b[c]);
-                }
-            }
-            sum
-        })
+fn dot(a: &[Vec4], b: &[Vec4]) -> DVec4 {
+    let chunks = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK));
+    let parts: Vec<DVec4> = chunks
+        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.as_dvec4() * b.as_dvec4()).sum())
         .collect();
-    let mut sum = [0.0; CHANNELS];
-    for part in parts {
-        for c in 0..CHANNELS {
-            sum[c] += part[c];
-        }
-    }
-    sum
+    parts.into_iter().sum()
 }
 
 /// a / b, 0 where a channel has come to rest.
-fn ratio(a: [f64; CHANNELS], b: [f64; CHANNELS]) -> [f64; CHANNELS] {
-    std::array::from_fn(|c| if b[c] > 0.0 { a[c] / b[c] } else { 0.0 })
+fn ratio(a: DVec4, b: DVec4) -> Vec4 {
+    let moving = b.cmpgt(DVec4::ZERO);
+    DVec4::select(moving, a / DVec4::select(moving, b, DVec4::ONE), DVec4::ZERO).as_vec4()
 }

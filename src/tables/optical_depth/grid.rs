@@ -1,7 +1,7 @@
 //! A regular grid over the unit 4-cube with nodes on its faces, and linear filtering in it.
 
-/// Numbers at every node: as many as a texel has.
-pub const CHANNELS: usize = 4;
+use glam::Vec4;
+
 /// Corners of a cell.
 pub(super) const CORNERS: usize = 16;
 
@@ -18,7 +18,7 @@ pub(super) struct Cell {
     /// Index of the corner with the smallest coordinates.
     pub base: usize,
     /// Coordinates in the cell, in 0..1.
-    pub fraction: [f32; 4],
+    pub fraction: Vec4,
 }
 
 impl Grid {
@@ -41,7 +41,7 @@ impl Grid {
     /// The cell of a place in 0..1.
     pub(super) fn cell(&self, at: [f64; 4]) -> Cell {
         let strides = self.strides();
-        let mut cell = Cell { base: 0, fraction: [0.0; 4] };
+        let mut cell = Cell { base: 0, fraction: Vec4::ZERO };
         for axis in 0..4 {
             let x = at[axis] * (self.nodes[axis] - 1) as f64;
             let low = x.floor().clamp(0.0, (self.nodes[axis] - 2) as f64);
@@ -51,40 +51,34 @@ impl Grid {
         cell
     }
 
-    /// Offsets of a cell's corners from its base, the first axis fastest.
-    pub(super) fn corners(&self) -> [usize; CORNERS] {
-        let s = self.strides();
-        std::array::from_fn(|i| (0..4).map(|axis| (i >> axis & 1) * s[axis]).sum())
-    }
-
-    /// Coordinates of a node.
-    pub(super) fn node(&self, index: usize) -> [f64; 4] {
-        let mut rest = index;
+    /// Place of a node, in 0..1.
+    pub(super) fn place(&self, node: usize) -> [f64; 4] {
+        let mut rest = node;
         self.nodes.map(|n| {
             let i = rest % n;
             rest /= n;
             i as f64 / (n - 1) as f64
         })
     }
+
+    /// Offsets of a cell's corners from its base, the first axis fastest.
+    pub(super) fn corners(&self) -> [usize; CORNERS] {
+        let s = self.strides();
+        std::array::from_fn(|i| (0..4).map(|axis| (i >> axis & 1) * s[axis]).sum())
+    }
 }
 
 /// Weights of a cell's corners in linear filtering; their sum is 1.
-pub(super) fn weights(fraction: [f32; 4]) -> [f32; CORNERS] {
-    let [a, b, c, d] = fraction;
+pub(super) fn weights(fraction: Vec4) -> [f32; CORNERS] {
+    let [a, b, c, d] = fraction.to_array();
     let plane = [(1.0 - a) * (1.0 - b), a * (1.0 - b), (1.0 - a) * b, a * b];
     let far = [(1.0 - c) * (1.0 - d), c * (1.0 - d), (1.0 - c) * d, c * d];
     std::array::from_fn(|i| plane[i & 3] * far[i >> 2])
 }
 
 /// Linear filtering of the values at the nodes.
-pub(super) fn filtered(values: &[[f32; CHANNELS]], grid: &Grid, at: [f64; 4]) -> [f32; CHANNELS] {
+pub(super) fn filtered(grid: &Grid, at: [f64; 4], value: impl Fn(usize) -> Vec4) -> Vec4 {
     let cell = grid.cell(at);
-    let mut sum = [0.0; CHANNELS];
-    for (offset, weight) in grid.corners().into_iter().zip(weights(cell.fraction)) {
-        let value = values.get(cell.base + offset).copied().unwrap_or_default();
-        for (s, v) in sum.iter_mut().zip(value) {
-            *s += weight * v;
-        }
-    }
-    sum
+    let corners = grid.corners().into_iter().zip(weights(cell.fraction));
+    corners.map(|(offset, weight)| weight * value(cell.base + offset)).sum()
 }

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::encoding::{UNUSED, decode, unpack};
-use super::grid::{Grid, weights};
+use super::encoding::{UNUSED, unpack};
+use super::grid::{Grid, filtered};
 use super::lookup::ChordProfile;
 use super::mapping::{ChordMapping, HemisphereDisc};
 use super::measure::OpticalDepthErrors;
@@ -86,18 +86,9 @@ impl OpticalDepthTable {
     /// Answers for the chord between two points of the unit sphere, as the shader does.
     pub fn profile(&self, entry: DVec3, exit: DVec3) -> ChordProfile {
         let place = HemisphereDisc.place(entry, exit);
-        let cell = self.grid.cell(place.at);
-        let mut channels = [0.0; super::grid::CHANNELS];
-        for (offset, weight) in self.grid.corners().into_iter().zip(weights(cell.fraction)) {
-            let texel = self.texels.get(cell.base + offset).copied().unwrap_or_default();
-            for (sum, value) in channels.iter_mut().zip(unpack(texel)) {
-                *sum += weight * value;
-            }
-        }
-        let mut parts = decode(channels);
-        if place.reversed {
-            parts.reverse();
-        }
-        ChordProfile::new(parts)
+        let channels = filtered(&self.grid, place.at, |node| {
+            unpack(self.texels.get(node).copied().unwrap_or_default())
+        });
+        ChordProfile::decode(channels, place.reversed)
     }
 }

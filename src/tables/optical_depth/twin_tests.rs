@@ -1,6 +1,6 @@
 //! The shader against its twin, on the device.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 use super::random::Stream;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
@@ -74,8 +74,7 @@ fn shader_agrees_with_its_twin() {
     let (mut worst, mut square, mut worst_share) = (0.0f32, 0.0f64, 0.0f32);
     for ((shape, entry, exit, t), [mean, share]) in chords.iter().zip(answers) {
         assert!(mean.is_finite() && (0.0..=1.0).contains(&share), "{mean} {share}");
-        let place = |v: &Vec3| DVec3::from(v.as_dvec3());
-        let twin = tables.chord_profile(*shape, place(entry), place(exit));
+        let twin = tables.chord_profile(*shape, entry.as_dvec3(), exit.as_dvec3());
         let length = (*exit - *entry).length();
         // The direction of a chord this short is lost in f32, and no optical depth is on it.
         if length < 1e-3 {

@@ -20,8 +20,6 @@ fn probe(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 ";
 
-const DEFS: &[(&str, u32)] = &[("SCATTERING_TABLE", 1)];
-
 fn table_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
         binding,
@@ -57,7 +55,7 @@ fn table_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
 fn probe(gpu: &Gpu, table: &ScatteringTable, rays: &[[[f32; 4]; 3]]) -> Vec<[f32; 2]> {
     let library = ShaderLibrary::new().expect("modules");
     let layout = table_layout(gpu);
-    let kernel = Kernel::new(gpu, &library, ("probe", PROBE), DEFS, &[&layout]).expect("kernel");
+    let kernel = Kernel::new(gpu, &library, ("probe", PROBE), &[], &[&layout]).expect("kernel");
     let input = buffers::storage_with(gpu, "rays", rays);
     let output = buffers::storage(gpu, "sources", rays.len(), size_of::<[f32; 2]>());
     let own = kernel.bind(gpu, &[input.as_entire_binding(), output.as_entire_binding()]);
@@ -142,7 +140,7 @@ fn shader_lookup_equals_its_twin() {
 #[test]
 fn parameters_lie_where_the_shader_reads_them() {
     let library = ShaderLibrary::new().expect("modules");
-    let module = library.compose("probe", PROBE, DEFS).expect("probe composes");
+    let module = library.compose("probe", PROBE, &[]).expect("probe composes");
     let (_, members, span) = module
         .types
         .iter()

@@ -73,7 +73,8 @@ impl ScatteringOptions {
         low * (high / low).powf(share)
     }
 
-    fn check(&self, albedo: f64) -> Result<()> {
+    /// Whether a table can be baked so.
+    pub(super) fn check(&self, albedo: f64) -> Result<()> {
         if !(0.0..=1.0).contains(&albedo) {
             return Err(Error::input(
                 format!("albedo {albedo}"),

@@ -3,7 +3,9 @@
 use glam::DVec2;
 
 use super::*;
-use crate::frame::cpu::atmosphere::{altitude_at_place, depth_place, depth_ray, direction_of};
+use crate::frame::cpu::atmosphere::{
+    altitude_at_place, depth_place, depth_ray, direction_of, sun_at_place,
+};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::cpu::sky_march::{Table, depth_to_space};
 use crate::frame::sky::spectrum::{Coefficients, rayleigh_depth, to_rgb};
@@ -46,7 +48,7 @@ fn constants_agree_with_wgsl() {
         ("TABLE_SCALE", vec![TABLE_SCALE]),
         ("DEPTH_SIZE", tables::DEPTH_SIZE.map(f64::from).to_vec()),
         ("MULTIPLE_SIZE", tables::MULTIPLE_SIZE.map(f64::from).to_vec()),
-        ("GROUND_SIZE", vec![f64::from(tables::GROUND_SIZE)]),
+        ("GROUND_SIZE", tables::GROUND_SIZE.map(f64::from).to_vec()),
         ("ALTITUDE_SIZE", tables::ALTITUDE_SIZE.map(f64::from).to_vec()),
         ("VIEW_SIZE", tables::VIEW_SIZE.map(f64::from).to_vec()),
         ("AIR_SIZE", tables::AIR_SIZE.map(f64::from).to_vec()),
@@ -154,12 +156,24 @@ fn tables_of_the_air_agree_with_the_twin() {
     let e = worst(&multiple, |i| sky.air().multiple.values()[i], 1);
     assert!(e < THROUGH_TABLES, "multiple scattering {e}");
     let ground = bench.table(&made.ground);
-    let e = worst(&ground, |i| sky.air().ground.values()[i], 1);
+    let columns = tables::GROUND_SIZE[0] as usize;
+    let rgb = |light: DVec4| to_rgb(light).max(DVec3::ZERO).extend(0.0);
+    let e = worst(
+        &ground,
+        |i| {
+            let sun_mu = sun_at_place((i % columns) as f64 / (columns - 1) as f64);
+            match i / columns {
+                0 => sky.air().ground.values()[i],
+                1 => rgb(sky.air().sunlight(0.0, sun_mu) * sun_mu.max(0.0)),
+                _ => rgb(sky.air().ground.values()[i % columns]),
+            }
+        },
+        1,
+    );
     assert!(e < THROUGH_TABLES, "light on the ground {e}");
 
     let altitude = bench.table(&made.altitude);
     let columns = tables::ALTITUDE_SIZE[0] as usize;
-    let rgb = |light: DVec4| to_rgb(light).max(DVec3::ZERO).extend(0.0);
     let e = worst(
         &altitude,
         |i| {

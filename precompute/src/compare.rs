@@ -1,0 +1,84 @@
+//! `precompute compare`: ways to tabulate optical depth, at equal bytes, as a table of errors.
+
+use clap::Args;
+use cumuli::medium::{Shape, ShapeKind, ShapeSpec};
+use cumuli::tables::optical_depth::compare::Way;
+use cumuli::tables::optical_depth::measure::{DepthErrors, central_matter, test_chords};
+use cumuli::{Error, Result};
+
+use crate::print;
+
+/// Arguments of `precompute compare`.
+#[derive(Args, Debug)]
+pub struct CompareArgs {
+    /// Noise shapes
+    #[arg(long, value_name = "SHAPES", value_delimiter = ',', default_values = ["pyroclastic-1", "soft-1"])]
+    shapes: Vec<ShapeSpec>,
+    /// Sizes of the tables, KiB
+    #[arg(long, value_name = "KIB", value_delimiter = ',', default_values_t = [256, 1024, 4096, 16384])]
+    kib: Vec<usize>,
+    /// Random chords a cell of a fitted table
+    #[arg(long, value_name = "RAYS", default_value_t = 8)]
+    rays: usize,
+    /// Random chords that errors are measured on
+    #[arg(long, value_name = "CHORDS", default_value_t = 40_000)]
+    chords: usize,
+}
+
+/// Seed of the chords that errors are measured on.
+const SEED: u64 = 0x636f_6d70;
+
+/// Runs the command: a table in Markdown, as the README has it.
+pub fn run(args: &CompareArgs) -> Result<()> {
+    let check = |option: &str, value: usize, least: usize, most: usize| {
+        if (least..=most).contains(&value) {
+            return Ok(());
+        }
+        let expected = format!("expected a number from {least} to {most}, found {value}");
+        Err(Error::input(option, expected))
+    };
+    args.kib.iter().try_for_each(|kib| check("--kib", *kib, 4, 32 * 1024))?;
+    check("--rays", args.rays, 1, 64)?;
+    check("--chords", args.chords, 100, 10_000_000)?;
+    if let Some(spec) = args.shapes.iter().find(|spec| spec.kind == ShapeKind::Uniform) {
+        return Err(Error::input("--shapes", format!("expected noise shapes, found {spec}")));
+    }
+    for spec in &args.shapes {
+        let shape = Shape::new(*spec);
+        let chords = test_chords(&shape, args.chords, SEED);
+        let central = central_matter(&shape);
+        print(&format!(
+            "Errors of transmittance for {spec}, {} random chords, at central optical depth 1 / 10 / 50\n",
+            chords.len()
+        ))?;
+        print("| way | nodes | KiB | RMS | 99th percentile | parts RMS | parts by length RMS |")?;
+        print("|---|---|---|---|---|---|---|")?;
+        for (i, kib) in args.kib.iter().enumerate() {
+            for way in Way::ALL {
+                // Without a table there is one size.
+                if matches!(way, Way::March(_)) && i > 0 {
+                    continue;
+                }
+                let outcome = way.measure(&shape, kib << 10, args.rays, &chords, central);
+                let column = |value: fn(&DepthErrors) -> f64| {
+                    let depths = outcome.errors.depths.iter();
+                    depths.map(|d| format!("{:.4}", value(d))).collect::<Vec<_>>().join(" / ")
+                };
+                let nodes = outcome
+                    .nodes
+                    .map_or(String::new(), |[a, b, c, d]| format!("{a} x {b} x {c} x {d}"));
+                print(&format!(
+                    "| {} | {nodes} | {} | {} | {} | {} | {} |",
+                    way.name(),
+                    outcome.bytes >> 10,
+                    column(|d| d.rms),
+                    column(|d| d.p99),
+                    column(|d| d.part_rms),
+                    column(|d| d.part_rms_by_length),
+                ))?;
+            }
+        }
+        print("")?;
+    }
+    Ok(())
+}

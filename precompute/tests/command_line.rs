@@ -1,0 +1,106 @@
+//! The command line of precompute: what it writes, says and refuses.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Tables small enough for a test.
+const SMALL: &[&str] = &[
+    "--shapes=soft-9,pyroclastic-9",
+    "--disc=8",
+    "--direction=4",
+    "--rays=4",
+    "--phase=hg:0.5",
+    "--albedo=0.9",
+    "--scattering=2,4,4,4",
+    "--optical-radius=0.5,2",
+    "--events=20000",
+];
+
+fn precompute(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_precompute")).args(arguments).output().expect("it runs")
+}
+
+fn bake(out: &Path, more: &[&str]) -> Output {
+    let out = format!("--out={}", out.display());
+    precompute(&[&["bake", &out], SMALL, more].concat())
+}
+
+/// The sentence on standard error of a command that ends with exit code 2.
+fn refusal(output: &Output) -> String {
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(!text.contains("panicked"), "{text}");
+    text
+}
+
+#[test]
+fn threads_do_not_change_the_bytes() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let bytes: Vec<_> = ["1", "2", "5"]
+        .iter()
+        .map(|threads| {
+            let path = dir.path().join(threads);
+            let output = bake(&path, &["--threads", threads]);
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            std::fs::read(path).expect("written")
+        })
+        .collect();
+    assert!(bytes[0] == bytes[1] && bytes[0] == bytes[2]);
+
+    let path = dir.path().join("other");
+    assert!(bake(&path, &["--seed=2"]).status.success());
+    assert!(std::fs::read(path).expect("written") != bytes[0], "other chords, other values");
+}
+
+#[test]
+fn info_tells_what_was_asked_for() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let path = dir.path().join("tables.safetensors");
+    assert!(bake(&path, &[]).status.success());
+    let output = precompute(&["info", &path.display().to_string()]);
+    assert!(output.status.success());
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    for part in
+        ["soft-9", "pyroclastic-9", "4 x 4 x 8 x 8", "hg:0.5, albedo 0.9", "0.5 to 2", "RMS"]
+    {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+}
+
+#[test]
+fn bad_input_is_one_sentence_and_leaves_nothing() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let path = dir.path().join("tables.safetensors");
+    for (option, word) in [
+        ("--shapes=cube-1", "cube-1"),
+        ("--shapes=uniform", "noise shape"),
+        ("--shapes=soft-1,soft-1", "twice"),
+        ("--disc=1", "disc"),
+        ("--direction=65", "direction"),
+        ("--rays=0", "rays"),
+        ("--iterations=-1", "--iterations"),
+        ("--phase=hg:1", "hg:1"),
+        ("--albedo=nan", "albedo"),
+        ("--albedo=1.5", "albedo"),
+        ("--optical-radius=1", "--optical-radius"),
+        ("--optical-radius=2,1", "optical radius"),
+        ("--optical-radius=inf,nan", "optical radius"),
+        ("--scattering=1,2,3", "--scattering"),
+        ("--scattering=2,2,2,99999", "resolution"),
+        ("--events=0", "events"),
+        ("--threads=0", "--threads"),
+    ] {
+        // An option given twice is refused by itself: leave out the sound one.
+        let name = option.split('=').next().expect("a name");
+        let sound: Vec<_> = SMALL.iter().copied().filter(|o| !o.starts_with(name)).collect();
+        let out = format!("--out={}", path.display());
+        let text = refusal(&precompute(&[&["bake", &out, option], &sound[..]].concat()));
+        assert!(text.contains(word), "{option}: {text}");
+        assert_eq!(std::fs::read_dir(dir.path()).expect("a folder").count(), 0, "{option}");
+    }
+    let text = refusal(&precompute(&["info", &path.display().to_string()]));
+    assert!(text.contains("tables.safetensors"), "{text}");
+    std::fs::write(&path, "no tables").expect("written");
+    let text = refusal(&precompute(&["info", &path.display().to_string()]));
+    assert!(text.contains("tables.safetensors") && text.lines().count() == 1, "{text}");
+}

@@ -1,0 +1,153 @@
+//! No pass is a stub, no two runs differ, and what is skipped would not have changed a bit.
+
+use cumuli::frame::{Pass, Picture, Preset, RenderSettings, Renderer};
+use cumuli::scene::Scene;
+use glam::DVec3;
+
+use crate::{alone, particle, renderer, scene, settings};
+
+/// Seconds; not a time at which anything is special.
+const TIME: f64 = 37.5;
+const SIZE: [u32; 2] = [96, 64];
+
+/// The shipped meadow with a smaller field, from between its clouds: sky, ground with shadows,
+/// clouds above and before them.
+fn cumulus() -> Scene {
+    let mut scene = scene(cumuli::scene::DEFAULT_SCENE);
+    scene.camera.position = DVec3::new(0.0, 900.0, 0.0);
+    scene.camera.target = DVec3::new(0.0, 850.0, -1000.0);
+    let field = scene.clouds.as_mut().expect("the default scene has a field");
+    field.cells = 48;
+    field.rings = 3;
+    field.coverage = 0.4;
+    scene
+}
+
+fn render(renderer: &mut Renderer, scene: &Scene, time: f64) -> Picture {
+    let picture = renderer.render(scene, time, SIZE).expect("a frame");
+    assert_eq!(picture.stats.counters.overflowed, 0);
+    picture
+}
+
+fn fresh(scene: &Scene, time: f64) -> Picture {
+    render(&mut renderer(scene, &settings(Preset::Low)), scene, time)
+}
+
+/// Share of the pixels in which some channel differs by more than `steps`.
+fn differing(a: &Picture, b: &Picture, steps: u8) -> f64 {
+    let differs =
+        |(a, b): (&[u8; 4], &[u8; 4])| a.iter().zip(b).take(3).any(|(a, b)| a.abs_diff(*b) > steps);
+    let count = a.pixels.iter().zip(&b.pixels).filter(|pair| differs(*pair)).count();
+    count as f64 / a.pixels.len() as f64
+}
+
+fn assert_same_bits(a: &Picture, b: &Picture, what: &str) {
+    let bits = |p: &Picture| -> Vec<u32> {
+        p.radiance.iter().flatten().map(|value| value.to_bits()).collect()
+    };
+    assert!(bits(a) == bits(b), "{what}: radiance differs");
+    assert!(a.pixels == b.pixels, "{what}: pixels differ in {}", differing(a, b, 0));
+}
+
+fn ran(picture: &Picture) -> Vec<&str> {
+    picture.stats.passes.iter().filter(|p| p.ran).map(|p| p.name.as_str()).collect()
+}
+
+/// Eight of 256 steps are seen side by side by anyone (one is about the threshold in a smooth
+/// area, and the dither's amplitude is one); a hundredth of the picture is a patch of 8x8 pixels.
+#[test]
+fn every_pass_is_seen() {
+    let _turn = alone();
+    let scene = cumulus();
+    let whole = fresh(&scene, TIME);
+    assert_eq!(whole.stats.passes.len(), Pass::ALL.len());
+    assert_eq!(ran(&whole).len(), Pass::ALL.len(), "{:?}", whole.stats.passes);
+    for pass in Pass::ALL {
+        let settings = RenderSettings { omit: Some(pass), ..settings(Preset::Low) };
+        let without = render(&mut renderer(&scene, &settings), &scene, TIME);
+        assert!(!ran(&without).contains(&pass.name()), "{pass:?} ran");
+        let share = differing(&whole, &without, 8);
+        println!("without {pass:?}: {share:.3} of the pixels differ");
+        assert!(share > 0.01, "{pass:?} is seen in {share:.4} of the pixels");
+    }
+}
+
+#[test]
+fn two_renderers_make_the_same_bits() {
+    let _turn = alone();
+    for preset in [Preset::Low, Preset::High] {
+        let scene = cumulus();
+        let make = || render(&mut renderer(&scene, &settings(preset)), &scene, TIME);
+        assert_same_bits(&make(), &make(), preset.name());
+    }
+}
+
+/// One renderer goes through every kind of change; each of its pictures is what a renderer makes
+/// that has seen nothing before.
+#[test]
+fn what_is_skipped_would_not_have_changed_the_picture() {
+    let _turn = alone();
+    let still = cumulus();
+    let mut turned = still.clone();
+    turned.camera.target += DVec3::new(700.0, 100.0, 0.0);
+    // Mirrored, its picture keeps the number of tiles: the buffers stay. Another number of tiles
+    // takes other buffers, and all is made anew.
+    let mut sun = turned.clone();
+    sun.sun.direction.x *= -1.0;
+    let mut low_sun = turned.clone();
+    low_sun.sun.direction = DVec3::new(-0.9, 0.1, -0.3).normalize();
+    let mut moved = sun.clone();
+    moved.camera.position += DVec3::new(30.0, 0.0, -20.0);
+    let mut higher = moved.clone();
+    higher.camera.position += DVec3::new(0.0, 300.0, 0.0);
+    let mut exposed = higher.clone();
+    exposed.exposure = 0.5;
+
+    let all: Vec<&str> = Pass::ALL.iter().map(|p| p.name()).collect();
+    let but = |left_out: &[&str]| -> Vec<&str> {
+        all.iter().copied().filter(|name| !left_out.contains(name)).collect()
+    };
+    let steps: [(&str, &Scene, f64, Vec<&str>); 11] = [
+        ("first", &still, TIME, but(&[])),
+        ("paused and still", &still, TIME, vec![]),
+        ("turned", &turned, TIME, but(&["sky", "rings", "shadow"])),
+        ("turned back", &still, TIME, but(&["sky", "rings", "shadow"])),
+        ("time", &turned, TIME + 20.0, but(&["sky"])),
+        ("sun", &sun, TIME + 20.0, but(&["rings"])),
+        ("low sun", &low_sun, TIME + 20.0, but(&[])),
+        ("sun back", &sun, TIME + 20.0, but(&[])),
+        ("moved level", &moved, TIME + 20.0, but(&["sky"])),
+        ("moved up", &higher, TIME + 20.0, but(&[])),
+        ("exposed", &exposed, TIME + 20.0, but(&["sky", "rings", "shadow"])),
+    ];
+    let mut lasting = renderer(&still, &settings(Preset::Low));
+    for (what, scene, time, expected) in steps {
+        let picture = render(&mut lasting, scene, time);
+        assert_eq!(ran(&picture), expected, "{what}: {:?}", picture.stats.passes);
+        assert!(picture.stats.passes.iter().all(|p| !p.reason.is_empty()), "{what}");
+        assert_same_bits(&picture, &fresh(scene, time), what);
+    }
+}
+
+/// The same for listed particles and pictures of other sizes, which keep none of the buffers.
+#[test]
+fn scenes_and_sizes_can_change_from_frame_to_frame() {
+    let _turn = alone();
+    let field = cumulus();
+    let mut listed = field.clone();
+    listed.clouds = None;
+    listed.particles = vec![particle(DVec3::new(0.0, 900.0, -700.0), 200.0, 0.02, "uniform")];
+    let empty = Scene { particles: Vec::new(), ..listed.clone() };
+    let mut lasting = renderer(&field, &settings(Preset::Low));
+    for (scene, size) in [
+        (&field, [64, 40]),
+        (&listed, [64, 40]),
+        (&field, [33, 65]),
+        (&empty, [33, 65]),
+        (&listed, [8, 8]),
+    ] {
+        let lasted = lasting.render(scene, TIME, size).expect("a frame");
+        let new = renderer(scene, &settings(Preset::Low)).render(scene, TIME, size).expect("one");
+        assert_same_bits(&lasted, &new, &format!("{size:?}"));
+    }
+}

@@ -1,0 +1,46 @@
+//! Every shader file of the tree composes, and passes naga's validation.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use cumuli::gpu::ShaderLibrary;
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("the shaders' folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            files(&path, found);
+        } else if path.extension().is_some_and(|e| e == "wgsl") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn all_files_compose_and_validate() {
+    let library = ShaderLibrary::new().expect("modules");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+    let mut paths = Vec::new();
+    files(&root, &mut paths);
+    paths.sort();
+    let mut entry_points = 0;
+    for path in &paths {
+        let name = path.display().to_string();
+        let text = fs::read_to_string(path).expect(&name);
+        let module = text.lines().find_map(|line| line.strip_prefix("#define_import_path "));
+        // A module is composed as part of an empty pass, which fails where no list names it.
+        let text = match module {
+            Some(module) => format!("#import {module}\n@compute @workgroup_size(1) fn main() {{}}"),
+            None => text,
+        };
+        let composed = library.compose(&name, &text, &[("PENDING", 4)]);
+        let composed = composed.unwrap_or_else(|e| panic!("{name}: {e}"));
+        // No capability beyond WebGPU's core.
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+        validator.validate(&composed).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+        assert!(!composed.entry_points.is_empty(), "{name} has neither entry point nor path");
+        entry_points += composed.entry_points.len();
+    }
+    assert!(paths.len() > 20 && entry_points >= paths.len(), "{paths:?}");
+}

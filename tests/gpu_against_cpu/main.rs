@@ -1,0 +1,15 @@
+//! Each pass of the frame, and what passes share, against a plain computation of the same thing.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod growth;
+mod light;
+mod noise;
+mod numerics;
+mod pictures;
+mod project;
+mod rings;
+mod scan;
+mod shadow;
+mod sort;
+mod tile_lists;

@@ -1,0 +1,229 @@
+//! The program in a real window: an X server without a screen, a software driver, keys and mouse
+//! by xdotool. The logic of camera and panel has tests of its own, which need no display.
+
+#![cfg(all(target_os = "linux", feature = "window"))]
+
+mod display;
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use display::{Display, is_there};
+
+/// One particle under a uniform sky; it is off the middle of the picture, so every turn shows.
+const SCENE: &str = r#"
+[camera]
+position = [0.0, 0.0, 500.0]
+target = [0.0, 0.0, 0.0]
+[sun]
+direction = [1.0, 1.0, 1.0]
+[sky]
+kind = "uniform"
+radiance = 0.05
+[[particles]]
+centre = [60.0, 40.0, 0.0]
+radius = 100.0
+extinction = 0.02
+"#;
+
+/// For whatever should happen soon, on the slowest machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The program, flying.
+struct Flight {
+    dir: tempfile::TempDir,
+    display: Display,
+    child: Child,
+    window: String,
+    saved: u32,
+}
+
+impl Flight {
+    /// Starts it; none where this machine has no X server to try it on.
+    fn start(size: &str) -> Option<Self> {
+        if !is_there("Xvfb") || !is_there("xdotool") {
+            println!("skipped: Xvfb and xdotool are needed to try the window");
+            return None;
+        }
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        std::fs::write(dir.path().join("scene.toml"), SCENE).expect("written");
+        let display = Display::start(dir.path());
+        let child = Command::new(env!("CARGO_BIN_EXE_cumuli"))
+            .args(["fly", "--scene", "scene.toml", "--size", size])
+            .current_dir(dir.path())
+            .env("DISPLAY", display.name())
+            .env("XDG_RUNTIME_DIR", dir.path())
+            .env_remove("WAYLAND_DISPLAY")
+            .stdin(Stdio::null())
+            .spawn()
+            .expect("the program starts");
+        let window = until("the window is there", || {
+            let found = display.tool(&["search", "--onlyvisible", "--name", "^Cumuli$"]);
+            found.lines().next().map(str::to_owned)
+        });
+        // Without a window manager nobody gives it the keyboard.
+        display.tool(&["windowfocus", "--sync", &window]);
+        let mut flight = Self { dir, display, child, window, saved: 0 };
+        flight.keys(&["space"]);
+        Some(flight)
+    }
+
+    fn keys(&mut self, arguments: &[&str]) {
+        self.display.tool(&[&["key"], arguments].concat());
+    }
+
+    /// Saves the view and reads it.
+    fn picture(&mut self) -> image::RgbImage {
+        self.keys(&["F12"]);
+        self.saved += 1;
+        let path = self.path();
+        until("the picture is saved", || path.exists().then_some(()));
+        image::open(path).expect("a whole PNG").into_rgb8()
+    }
+
+    fn path(&self) -> PathBuf {
+        self.dir.path().join(format!("cumuli-{:04}.png", self.saved))
+    }
+
+    /// Presses Escape; the exit code.
+    fn quit(mut self) -> Option<i32> {
+        self.keys(&["Escape"]);
+        until("the program ends", || self.child.try_wait().expect("a state")).code()
+    }
+}
+
+impl Drop for Flight {
+    fn drop(&mut self) {
+        // After a test that failed; otherwise it has ended.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Waits until something is so.
+fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(Instant::now() < end, "in vain: {what}");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// Middle of what is brighter than the sky of the corner, pixels.
+fn cloud_at(picture: &image::RgbImage) -> [f64; 2] {
+    let sky = picture.get_pixel(0, picture.height() - 1).0[1];
+    let cloud = picture.enumerate_pixels().filter(|(_, _, p)| p.0[1].abs_diff(sky) > 12);
+    let (mut sum, mut count) = ([0.0; 2], 0.0);
+    for (x, y, _) in cloud {
+        sum = [sum[0] + f64::from(x), sum[1] + f64::from(y)];
+        count += 1.0;
+    }
+    assert!(count > 50.0, "no cloud in the picture");
+    sum.map(|s| s / count)
+}
+
+#[test]
+fn keys_and_mouse_move_the_view() {
+    let Some(mut flight) = Flight::start("320x240") else { return };
+    let start = cloud_at(&flight.picture());
+    assert!(start[0] > 170.0 && start[1] < 110.0, "right of the middle and above it: {start:?}");
+
+    flight.display.tool(&["keydown", "d"]);
+    std::thread::sleep(Duration::from_millis(700));
+    flight.display.tool(&["keyup", "d"]);
+    let right = cloud_at(&flight.picture());
+    assert!(right[0] < start[0] - 5.0, "flying right moves it left: {start:?} {right:?}");
+
+    flight.keys(&["Home"]);
+    let home = cloud_at(&flight.picture());
+    assert_eq!(home, start, "back at the start to the bit");
+
+    // The pointer is over the view, not over the panel.
+    let window = flight.window.clone();
+    flight.display.tool(&["mousemove", "--window", &window, "300", "200", "mousedown", "1"]);
+    std::thread::sleep(Duration::from_millis(500));
+    flight.display.tool(&["mousemove_relative", "--", "-40", "0"]);
+    std::thread::sleep(Duration::from_millis(500));
+    flight.display.tool(&["mouseup", "1"]);
+    let turned = cloud_at(&flight.picture());
+    assert!(turned[0] > start[0] + 5.0, "looking left moves it right: {start:?} {turned:?}");
+
+    assert_eq!(flight.quit(), Some(0));
+}
+
+#[test]
+fn the_window_shows_the_view_and_the_panel_comes_and_goes() {
+    let Some(mut flight) = Flight::start("320x240") else { return };
+    let saved = flight.picture();
+    flight.keys(&["F1"]);
+    // What is on the screen is the saved picture, at half the resolution: its mean colour is near.
+    let mean = |picture: &image::RgbImage| {
+        let sum: u64 = picture.pixels().map(|p| u64::from(p.0[1])).sum();
+        sum as f64 / f64::from(picture.width() * picture.height())
+    };
+    let bare = until("the panel is gone", || {
+        let screen = flight.display.screen([320, 240]);
+        ((mean(&screen) - mean(&saved)).abs() < 2.0).then_some(screen)
+    });
+    assert!((cloud_at(&bare)[0] - cloud_at(&saved)[0]).abs() < 3.0);
+    flight.keys(&["F1"]);
+    until("the panel is back", || {
+        let dark = flight.display.screen([320, 240]);
+        (mean(&dark) < mean(&bare) - 10.0).then_some(())
+    });
+    assert_eq!(flight.quit(), Some(0));
+}
+
+#[test]
+fn odd_and_tiny_sizes() {
+    let Some(mut flight) = Flight::start("320x240") else { return };
+    for (width, height) in [(333, 77), (1, 1), (7, 301), (640, 480)] {
+        let (w, h) = (width.to_string(), height.to_string());
+        let window = flight.window.clone();
+        flight.display.tool(&["windowsize", "--sync", &window, &w, &h]);
+        // The event may come after the key: until the picture has the window's size.
+        until("a picture of the window's size", || {
+            let picture = flight.picture();
+            (picture.dimensions() == (width, height)).then_some(())
+        });
+    }
+    let window = flight.window.clone();
+    flight.display.tool(&["windowunmap", "--sync", &window]);
+    flight.display.tool(&["windowmap", "--sync", &window]);
+    flight.display.tool(&["windowfocus", "--sync", &window]);
+    assert_eq!(flight.picture().dimensions(), (640, 480), "after it was hidden");
+    assert_eq!(flight.quit(), Some(0));
+}
+
+#[test]
+fn without_a_display_there_is_one_clear_sentence() {
+    for arguments in [&["fly"][..], &[]] {
+        let output = Command::new(env!("CARGO_BIN_EXE_cumuli"))
+            .args(arguments)
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("WAYLAND_SOCKET")
+            .output()
+            .expect("the program starts");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.starts_with("cumuli: no window can be opened"), "{message}");
+        assert_eq!(message.trim_end().lines().count(), 1, "{message}");
+    }
+}
+
+#[test]
+fn bad_scenes_are_refused_before_a_window_opens() {
+    let output = Command::new(env!("CARGO_BIN_EXE_cumuli"))
+        .args(["fly", "--scene", "none.toml"])
+        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")))
+        .output()
+        .expect("the program starts");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("none.toml: there is no such file"), "{message}");
+}
