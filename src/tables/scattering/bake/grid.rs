@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use super::super::mapping::ViewSunMap;
+use super::super::mapping::{ViewSunMap, node};
 use super::GaussRule;
 
 /// Nodes along the radius, the angle from the axis, the view-sun angle and the azimuth.
@@ -45,6 +45,7 @@ pub struct FieldGrid {
     /// depth of a mean free path.
     crowding: f64,
     radius_scale: f64,
+    angles: Vec<f64>,
 }
 
 impl FieldGrid {
@@ -52,12 +53,16 @@ impl FieldGrid {
     pub fn new(size: FieldSize, view_sun: ViewSunMap, optical_radius: f64) -> Self {
         let crowding = optical_radius.max(0.5);
         let radius_scale = (size.radius - 1) as f64 / (crowding * (1.0 - INNER_RADIUS)).asinh();
-        Self { size, view_sun, crowding, radius_scale }
+        let angles = (0..size.view_sun).map(|k| view_sun.angle(node(k, size.view_sun))).collect();
+        Self { size, view_sun, crowding, radius_scale, angles }
     }
 
     /// Continuous index of a radius; 0 at the surface.
     pub fn radius_index(&self, radius: f64) -> f64 {
-        ((1.0 - radius).max(0.0) * self.crowding).asinh() * self.radius_scale
+        let deep = (1.0 - radius).max(0.0) * self.crowding;
+        // The standard library's asinh takes care of signs and tiny arguments, for three times
+        // the time.
+        (deep + (deep * deep + 1.0).sqrt()).ln() * self.radius_scale
     }
 
     /// Inverse of [`Self::radius_index`].
@@ -73,6 +78,35 @@ impl FieldGrid {
     /// Angle of the position from the sun axis at a node, rad.
     pub fn zenith_at(&self, index: f64) -> f64 {
         PI * index / (self.size.zenith - 1) as f64
+    }
+
+    /// Angle of the direction from the sun at a node, rad.
+    pub fn view_sun_at(&self, index: usize) -> f64 {
+        self.angles[index]
+    }
+
+    /// Integrals over the hats of the directions of a function of the angle from the sun, by
+    /// direction: their solid angles for the function 1.
+    pub fn direction_measures(&self, shape: impl Fn(f64) -> f64) -> Vec<f64> {
+        let rule = GaussRule::new(8);
+        let size = self.size;
+        let mut angles = vec![0.0; size.view_sun];
+        for cell in 0..size.view_sun - 1 {
+            let (from, to) = (self.view_sun_at(cell), self.view_sun_at(cell + 1));
+            for &(u, w) in &rule.points {
+                let angle = from + (to - from) * u;
+                let index =
+                    self.view_sun.coordinate((0.5 * angle).sin()) * (size.view_sun - 1) as f64;
+                let share = index - cell as f64;
+                let measure = w * (to - from) * angle.sin() * shape(angle);
+                angles[cell] += (1.0 - share) * measure;
+                angles[cell + 1] += share * measure;
+            }
+        }
+        // Both halves of the circle of azimuths.
+        let step = 2.0 * PI / (size.azimuth - 1) as f64;
+        let ends = |k: usize| if k == 0 || k + 1 == size.azimuth { 0.5 * step } else { step };
+        angles.iter().flat_map(|a| (0..size.azimuth).map(move |k| a * ends(k))).collect()
     }
 
     /// Integrals of the hat functions of zenith angles, times the full circle of azimuths.

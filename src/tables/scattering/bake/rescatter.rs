@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use super::super::mapping::{ViewSunMap, node};
+use super::sweep::fine;
 use crate::medium::Phase;
 
 /// Points of a cell's integration are no further apart than this share of their distance from the
@@ -26,10 +27,14 @@ pub struct Rescatter {
     modes: Vec<f64>,
     /// By mode and azimuth node: cosine series of the grid's azimuths.
     cosines: Vec<f64>,
+    /// The same for azimuths twice as fine.
+    fine_cosines: Vec<f64>,
 }
 
 impl Rescatter {
-    /// For `views` view-sun nodes of the table and a direction grid of `angles` by `azimuths`.
+    /// For `views` view-sun nodes and a direction grid of `angles` by `azimuths`. Where the views
+    /// are the grid's own angles, their solid angles (azimuths together) may be given: then
+    /// exactly all light is scattered.
     pub fn new(
         phase: &Phase,
         map: &ViewSunMap,
@@ -37,13 +42,18 @@ impl Rescatter {
         angles: usize,
         azimuths: usize,
         shape: &Shape<'_>,
+        conserve: Option<&[f64]>,
     ) -> Self {
         let kernel =
             Kernel { phase: phase.prepare(), width: phase.peak_angle(), map, angles, azimuths };
         let last = azimuths - 1;
-        let cosines: Vec<f64> = (0..azimuths * azimuths)
-            .map(|i| (PI * ((i / azimuths) * (i % azimuths)) as f64 / last as f64).cos())
-            .collect();
+        let series = |nodes: usize| -> Vec<f64> {
+            let step = PI / (nodes - 1) as f64;
+            (0..azimuths * nodes)
+                .map(|i| (((i / nodes) * (i % nodes)) as f64 * step).cos())
+                .collect()
+        };
+        let (cosines, fine_cosines) = (series(azimuths), series(fine(azimuths)));
         use rayon::prelude::*;
         let rows: Vec<Vec<f64>> = (0..views)
             .into_par_iter()
@@ -66,11 +76,32 @@ impl Rescatter {
                 row
             })
             .collect();
-        Self { views, angles, azimuths, modes: rows.concat(), cosines }
+        let mut modes = rows.concat();
+        if let Some(solid_angles) = conserve {
+            // What the cells' means lose or gain goes straight on: into the same direction.
+            for cell in 0..angles {
+                // Mode 0 sums the full circle of azimuths: the mean is over its 2 (n - 1) steps.
+                let scattered: f64 = (0..views)
+                    .map(|view| modes[view * azimuths * angles + cell] * solid_angles[view])
+                    .sum::<f64>()
+                    / (2 * last) as f64;
+                let lost = (1.0 - scattered) * (2 * last) as f64 / solid_angles[cell];
+                for mode in 0..azimuths {
+                    modes[(cell * azimuths + mode) * angles + cell] += lost;
+                }
+            }
+        }
+        Self { views, angles, azimuths, modes, cosines, fine_cosines }
     }
 
-    /// Adds to `out` (by view angle and azimuth) what the weights of the cells (by grid angle and
-    /// azimuth) scatter there.
+    /// View angles times azimuths of the result, which are twice as fine as the grid's: the
+    /// series is known everywhere.
+    pub fn outputs(&self) -> usize {
+        self.views * fine(self.azimuths)
+    }
+
+    /// Adds to `out` (by view angle and fine azimuth) what the weights of the cells (by grid angle
+    /// and azimuth) scatter there.
     pub fn add(&self, weights: &[f64], out: &mut [f64]) {
         let (n, last) = (self.azimuths, self.azimuths - 1);
         let mut series = vec![0.0; n * self.angles];
@@ -88,7 +119,9 @@ impl Rescatter {
                     row.iter().zip(&series[mode * self.angles..]).map(|(a, b)| a * b).sum();
                 let twice = if mode == 0 || mode == last { 1.0 } else { 2.0 };
                 let value = twice * product / (2 * last) as f64;
-                for (o, c) in out[view * n..][..n].iter_mut().zip(&self.cosines[mode * n..]) {
+                let turns = fine(n);
+                let cosines = &self.fine_cosines[mode * turns..][..turns];
+                for (o, c) in out[view * turns..][..turns].iter_mut().zip(cosines) {
                     *o += value * c;
                 }
             }
@@ -180,7 +213,7 @@ mod tests {
             let map = ViewSunMap::for_phase(&phase);
             let (views, angles, azimuths) = (12, 32, 10);
             let shape = Shape(&|_| 1.0);
-            let rescatter = Rescatter::new(&phase, &map, views, angles, azimuths, &shape);
+            let rescatter = Rescatter::new(&phase, &map, views, angles, azimuths, &shape, None);
             let rule = crate::tables::scattering::bake::GaussRule::new(8);
             let hats =
                 crate::tables::scattering::bake::grid::hat_integrals(angles, &rule, |index| {
@@ -197,15 +230,15 @@ mod tests {
                     hats[i / azimuths] * ends * 2.0 * PI / (azimuths - 1) as f64
                 })
                 .collect();
-            let mut out = vec![0.0; views * azimuths];
+            let mut out = vec![0.0; rescatter.outputs()];
             rescatter.add(&weights, &mut out);
             for (i, o) in out.iter().enumerate() {
                 // The rule's steps of a third of the peak's width leave half a per cent.
                 assert!(
                     (o - 1.0).abs() < 5e-3,
                     "{name} view {} azimuth {}: {o}",
-                    i / azimuths,
-                    i % azimuths
+                    i / fine(azimuths),
+                    i % fine(azimuths)
                 );
             }
         }
