@@ -162,7 +162,7 @@ fn compare_bakes() {
             )
             .expect("table")
         };
-        let one = make(options.events, size("FIELD1"));
+        let one = make(options.remainder, size("FIELD1"));
         let two = make(real("REMAINDER2", "3e-4"), size("FIELD2"));
         for k in 0..4 {
             let r = options.optical_radius_at(k);

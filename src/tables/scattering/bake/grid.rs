@@ -70,11 +70,6 @@ impl FieldGrid {
         1.0 - (index / self.radius_scale).sinh() / self.crowding
     }
 
-    /// The numbers that the photon tracer needs for [`Self::radius_index`] in f32.
-    pub fn radius_factors(&self) -> (f32, f32) {
-        (self.crowding as f32, self.radius_scale as f32)
-    }
-
     /// Angle of the position from the sun axis at a node, rad.
     pub fn zenith_at(&self, index: f64) -> f64 {
         PI * index / (self.size.zenith - 1) as f64

@@ -18,6 +18,7 @@
 //! side at 64; splitting photons towards the dark side only made its noise large-scaled); photons
 //! as the start of four steps (0.1 % at 1, but 5 % at 64).
 
+mod diffusion;
 mod fixed_point;
 mod furnace;
 mod gather;
@@ -35,6 +36,7 @@ pub use fixed_point::Convergence;
 pub use furnace::Furnace;
 pub use quadrature::GaussRule;
 
+use self::diffusion::Diffusion;
 use self::grid::FieldGrid;
 pub use self::grid::FieldSize;
 use self::rescatter::{Rescatter, Shape};
@@ -50,6 +52,9 @@ use crate::tables::Progress;
 pub const FIELD: FieldSize = FieldSize { radius: 20, zenith: 33, view_sun: 44, azimuth: 11 };
 /// Bound on the steps; they are told in the report.
 const MOST_STEPS: usize = 150;
+/// Places darker than this share of the brightest count as if they had it. In the thickest
+/// spheres the dark side has about that share.
+const DARKEST: f32 = 1e-3;
 /// Least share of isotropic light in the shape that multiply scattered light has within a cell.
 const FLAT_SHARE: f64 = 0.05;
 /// Source below which its logarithm is cut: far below anything f16 could show.
@@ -97,6 +102,7 @@ pub fn bake_with(
 /// What all optical radii share.
 struct Solver<'a> {
     albedo: f64,
+    mean_cosine: f64,
     options: &'a ScatteringOptions,
     map: ViewSunMap,
     field: FieldSize,
@@ -142,6 +148,7 @@ impl<'a> Solver<'a> {
         };
         Self {
             albedo,
+            mean_cosine: phase.mean_cosine(),
             options,
             map,
             field,
@@ -178,7 +185,7 @@ impl<'a> Solver<'a> {
                 }
             }
             if self.albedo == 1.0 {
-                let scale = self.furnace.scale(&rows, optical_radius);
+                let scale = self.furnace.scale(&rows, node(i, incidences), optical_radius);
                 rows.iter_mut().skip(1).step_by(CHANNELS).for_each(|v| *v += scale.ln());
                 scales.push(scale);
             }
@@ -192,6 +199,8 @@ impl<'a> Solver<'a> {
         let flights = Flights::new(grid, optical_radius, &self.solid_angles);
         let sunlit = self.sunlit(grid, &flights, optical_radius);
         let twice = self.scatter(&self.single.within, &sunlit);
+        let diffusion =
+            Diffusion::new(grid, optical_radius, self.albedo, self.mean_cosine, &self.solid_angles);
         let arriving = |values: &[f32]| {
             let emission = Emission::new(grid, values, self.field.view_sun);
             self.weights(flights.arriving(grid, &emission))
@@ -199,15 +208,19 @@ impl<'a> Solver<'a> {
         let step = |values: &[f32]| {
             let mut next = self.scatter(&self.multiple.within, &arriving(values));
             next.iter_mut().zip(&twice).for_each(|(v, t)| *v += t);
+            let excess: Vec<f32> = next.iter().zip(values).map(|(n, v)| n - v).collect();
+            diffusion.add(&excess, &mut next);
             next
         };
         // Every place counts by its own brightness, the dark side as much as the bright one.
         let outputs = self.multiple.within.outputs();
         let weights = |values: &[f32]| {
-            values
-                .chunks_exact(outputs)
-                .map(|v| outputs as f32 / v.iter().sum::<f32>().max(f32::MIN_POSITIVE))
-                .collect()
+            let means: Vec<f32> = values
+                .par_chunks_exact(outputs)
+                .map(|v| (v.iter().sum::<f32>() / outputs as f32).abs())
+                .collect();
+            let least = DARKEST * means.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+            means.into_iter().map(|mean| 1.0 / mean.max(least)).collect()
         };
         let (values, convergence) =
             fixed_point::iterate(twice.clone(), step, weights, self.options.remainder, MOST_STEPS);
