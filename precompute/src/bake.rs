@@ -74,8 +74,6 @@ fn numbers<T: Copy, const N: usize>(option: &str, values: &[T]) -> Result<[T; N]
 
 /// Runs the command.
 pub fn run(args: &BakeArgs) -> Result<()> {
-    // Before minutes of computing, not after them.
-    cumuli::output::check_file(&args.out)?;
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.into())

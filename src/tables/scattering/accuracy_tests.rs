@@ -142,10 +142,10 @@ fn compare_bakes() {
         let phase: Phase = name.parse().expect("phase");
         let mut options = ScatteringOptions {
             remainder: real("REMAINDER", "3e-4"),
-            optical_radius: [0.1, 64.0],
+            optical_radius: [real("LEAST", "0.1"), 64.0],
             ..Default::default()
         };
-        options.resolution[0] = 4;
+        options.resolution[0] = number("NODES", "4") as usize;
         let make = |remainder, field| {
             let clock = std::time::Instant::now();
             let options = ScatteringOptions { remainder, ..options.clone() };
@@ -163,8 +163,11 @@ fn compare_bakes() {
             .expect("table")
         };
         let one = make(options.remainder, size("FIELD1"));
+        if number("ONE", "0") == 1 {
+            continue;
+        }
         let two = make(real("REMAINDER2", "3e-4"), size("FIELD2"));
-        for k in 0..4 {
+        for k in 0..options.resolution[0] {
             let r = options.optical_radius_at(k);
             for (half, label) in ["even", "lobe"].into_iter().enumerate() {
                 let rows: Vec<Row> = (0..4000u64)

@@ -194,7 +194,7 @@ mod tests {
                 let want = optical_radius * transport * 0.5 * (1.0 - r * r + 2.0 * z);
                 let got = values[i * DEGREES];
                 // Linear elements on a graded grid, and a core that is taken as uniform.
-                assert!((got / want - 1.0).abs() < 0.02, "{r} {got} {want}");
+                assert!((got / want - 1.0).abs() < 0.03, "{r} {got} {want}");
                 assert!(values[i * DEGREES + 1].abs() < 0.02 * want);
             }
         }

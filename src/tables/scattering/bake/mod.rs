@@ -187,6 +187,13 @@ impl<'a> Solver<'a> {
             if self.albedo == 1.0 {
                 let scale = self.furnace.scale(&rows, node(i, incidences), optical_radius);
                 rows.iter_mut().skip(1).step_by(CHANNELS).for_each(|v| *v += scale.ln());
+                if std::env::var("DEBUG").is_ok() {
+                    eprintln!(
+                        "R {optical_radius:.3} m {:.3} scale {:.4}",
+                        node(i, incidences),
+                        1.0 / scale
+                    );
+                }
                 scales.push(scale);
             }
             values.extend(rows);
