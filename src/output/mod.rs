@@ -12,6 +12,7 @@ mod sequence;
 use std::fmt::{Display, Formatter};
 use std::path::Path;
 
+pub(crate) use atomic::sweep;
 pub use atomic::write_atomically;
 pub use fingerprint::fingerprint;
 pub use sequence::{FrameRange, FrameState, Sequence, SequenceKey, SequenceReport};
@@ -73,7 +74,7 @@ pub fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
             ),
         ));
     }
-    atomic::sweep(path);
+    sweep(path);
     match format {
         Format::Png => write_atomically(path, |out| png::encode(picture, out)),
         Format::Exr => write_atomically(path, |out| exr::encode(picture, out)),
