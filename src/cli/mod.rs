@@ -12,6 +12,8 @@ mod info;
 mod progress;
 mod reference;
 mod render;
+mod render_reference;
+mod truth;
 
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
@@ -25,6 +27,7 @@ pub use info::InfoArgs;
 pub use progress::StageBar;
 pub use reference::{ReferenceArgs, ReferenceCommand};
 pub use render::{Job, RenderArgs};
+pub use truth::TruthArgs;
 
 use crate::error::{Error, Result};
 

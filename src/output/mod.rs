@@ -6,6 +6,7 @@
 mod atomic;
 mod exr;
 mod fingerprint;
+mod layers;
 mod png;
 mod sequence;
 
@@ -13,7 +14,8 @@ use std::fmt::{Display, Formatter};
 use std::path::Path;
 
 pub use atomic::write_atomically;
-pub use fingerprint::fingerprint;
+pub use fingerprint::{fingerprint, fingerprint_of};
+pub use layers::{Channel, Layers};
 pub use sequence::{FrameRange, FrameState, Sequence, SequenceKey, SequenceReport};
 
 use crate::error::{Error, Result};

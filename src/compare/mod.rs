@@ -1,0 +1,3 @@
+//! How far two pictures are apart.
+
+pub mod flip;
