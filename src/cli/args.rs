@@ -97,6 +97,16 @@ pub(super) fn focus(text: &str) -> Result<f64, String> {
     number(text, &Range { least: 1e-3, most: 1e9, unit: "" }, "metres")
 }
 
+/// Exposure, EV.
+pub(super) fn exposure(text: &str) -> Result<f64, String> {
+    number(text, &limits::EXPOSURE, "an exposure")
+}
+
+/// A number of standard errors.
+pub(super) fn z_score(text: &str) -> Result<f64, String> {
+    number(text, &Range { least: 0.0, most: 1e6, unit: "" }, "a number")
+}
+
 /// Time that a shutter is open, s.
 pub(super) fn shutter(text: &str) -> Result<f64, String> {
     number(text, &Range { least: 0.0, most: 1e6, unit: "" }, "seconds")

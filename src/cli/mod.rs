@@ -5,6 +5,7 @@
 //! else to standard error.
 
 mod args;
+mod compare;
 mod engine;
 #[cfg(feature = "window")]
 mod fly;
@@ -21,6 +22,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 pub use args::{MAX_SIDE, Size};
+pub use compare::CompareArgs;
 #[cfg(feature = "window")]
 pub use fly::FlyArgs;
 pub use info::InfoArgs;
@@ -50,6 +52,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Show the graphics adapter, its limits, and the tables
     Info(InfoArgs),
+    /// Tell how far two pictures are apart
+    Compare(CompareArgs),
     /// Radiative transfer by path tracing, on its own
     Reference(ReferenceArgs),
 }
@@ -72,6 +76,7 @@ fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Some(Command::Render(args)) => render::run(&args),
         Some(Command::Info(args)) => info::run(&args),
+        Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Reference(args)) => reference::run(&args),
         #[cfg(feature = "window")]
         Some(Command::Fly(args)) => fly::run(&args),

@@ -82,6 +82,12 @@ pub fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
     }
 }
 
+/// Writes display values as PNG: a pixel for every position, rows from the top.
+pub fn write_png(path: &Path, size: [u32; 2], pixels: &[[u8; 3]]) -> Result<()> {
+    atomic::sweep(path);
+    write_atomically(path, |out| png::encode_bytes(size, pixels.as_flattened(), out))
+}
+
 /// Whether a file holds a picture of this size, readable to its end.
 pub fn is_whole_picture(path: &Path, size: [u32; 2]) -> bool {
     match Format::of(path) {
