@@ -107,6 +107,11 @@ pub(super) fn z_score(text: &str) -> Result<f64, String> {
     number(text, &Range { least: 0.0, most: 1e6, unit: "" }, "a number")
 }
 
+/// Time between two events, s.
+pub(super) fn interval(text: &str) -> Result<f64, String> {
+    number(text, &Range { least: 0.0, most: 1e9, unit: "" }, "seconds")
+}
+
 /// Time that a shutter is open, s.
 pub(super) fn shutter(text: &str) -> Result<f64, String> {
     number(text, &Range { least: 0.0, most: 1e6, unit: "" }, "seconds")

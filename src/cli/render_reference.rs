@@ -15,8 +15,6 @@ use crate::output::fingerprint_of;
 use crate::reference::{Exposure, Film, partial, picture};
 use crate::scene::Scene;
 
-/// Time between two savings of what there is.
-const SAVE_EVERY: Duration = Duration::from_secs(20);
 /// Saving takes at most one part in so many of the time.
 const SAVE_SHARE: u32 = 20;
 
@@ -52,7 +50,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let done = |film: &Film| u64::from(film.samples) * height + u64::from(film.rows);
     let progress = Progress::new(u64::from(wanted) * height, "rows of samples");
     progress.advance(done(&film), true);
-    let mut saved = Saved::new(done(&film));
+    let mut saved = Saved::new(done(&film), Duration::from_secs_f64(args.truth.save_every));
     let expose = || {
         exposure.expose(&scene, &tables, &mut film, wanted, |film| {
             progress.advance(done(film) - saved.rows, false);
@@ -114,12 +112,13 @@ fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce() -> R + Send) 
 struct Saved {
     rows: u64,
     last: Instant,
+    every: Duration,
     wait: Duration,
 }
 
 impl Saved {
-    fn new(rows: u64) -> Self {
-        Self { rows, last: Instant::now(), wait: SAVE_EVERY }
+    fn new(rows: u64, every: Duration) -> Self {
+        Self { rows, last: Instant::now(), every, wait: every }
     }
 
     fn is_due(&self) -> bool {
@@ -128,7 +127,7 @@ impl Saved {
 
     /// It has been saved, from `start` to now.
     fn at(&mut self, start: Instant) {
-        self.wait = SAVE_EVERY.max(start.elapsed() * SAVE_SHARE);
+        self.wait = self.every.max(start.elapsed() * SAVE_SHARE);
         self.last = Instant::now();
     }
 }

@@ -42,6 +42,10 @@ pub struct TruthArgs {
     /// Seconds from --time on during which the shutter is open: what moves is blurred
     #[arg(long, value_name = "S", default_value = "0", value_parser = args::shutter, requires = "reference")]
     pub shutter: f64,
+    /// Seconds between two savings of what --reference has so far; it goes on from there when the
+    /// same command is given again
+    #[arg(long, value_name = "S", default_value = "20", value_parser = args::interval, requires = "reference")]
+    pub save_every: f64,
     /// 16-bit floats in the .exr file: half the size, three digits
     #[arg(long, requires = "truth")]
     pub half: bool,

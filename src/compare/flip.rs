@@ -113,7 +113,7 @@ impl Spaces {
         DVec3::new(116.0 * v.y - 16.0, 500.0 * (v.x - v.y), 200.0 * (v.y - v.z))
     }
 
-    fn from_opponent(&self, v: DVec3) -> DVec3 {
+    fn opponent_to_rgb(&self, v: DVec3) -> DVec3 {
         let y = (v.x + 16.0) / 116.0;
         self.from_xyz * (DVec3::new(y + v.y / 500.0, y, y - v.z / 200.0) * self.white)
     }
@@ -211,7 +211,7 @@ pub fn flip(a: &[DVec3], b: &[DVec3], size: [u32; 2], pixels_per_degree: f64) ->
             .convolved(&kernels[0], &kernels[0])
             .plus(&opponent.convolved(&kernels[1], &kernels[1]));
         let colour = filtered
-            .map(|v| spaces.hunt_lab(spaces.from_opponent(v).clamp(DVec3::ZERO, DVec3::ONE)));
+            .map(|v| spaces.hunt_lab(spaces.opponent_to_rgb(v).clamp(DVec3::ZERO, DVec3::ONE)));
         (colour, features(&opponent, pixels_per_degree))
     };
     let ((colour_a, features_a), (colour_b, features_b)) = (seen(a), seen(b));

@@ -7,21 +7,43 @@ use rayon::prelude::*;
 use super::geometry::Medium;
 use super::points::Points;
 use super::random::Random;
-use super::statistics::{Estimate, Moments};
+use super::statistics::Estimate;
 use super::transport::{Matter, Surroundings, look};
 use super::view::{Filter, View};
 
 /// Numbers of a pixel: red, green, blue, transmittance.
 pub const CHANNELS: usize = 4;
 
-/// Sums of one pixel: red, green, blue, transmittance.
+/// What is known of one pixel: red, green, blue, transmittance. Updated as by Welford (1962), so
+/// that a pixel without noise has an error of exactly 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Pixel {
     /// Of the samples.
-    pub sums: [f64; CHANNELS],
-    /// Of their squares.
-    pub squares: [f64; CHANNELS],
+    pub mean: [f64; CHANNELS],
+    /// Sum of squared deviations from the mean.
+    pub spread: [f64; CHANNELS],
+}
+
+impl Pixel {
+    /// The `count`-th sample.
+    fn add(&mut self, count: f64, values: [f64; CHANNELS]) {
+        for (channel, value) in values.into_iter().enumerate() {
+            let off = value - self.mean[channel];
+            self.mean[channel] += off / count;
+            self.spread[channel] += off * (value - self.mean[channel]);
+        }
+    }
+
+    fn estimate(&self, count: f64, channel: usize) -> Estimate {
+        let value = self.mean[channel];
+        let standard_error = if count > 1.0 {
+            (self.spread[channel].max(0.0) / (count * (count - 1.0))).sqrt()
+        } else {
+            f64::INFINITY
+        };
+        Estimate { value, standard_error }
+    }
 }
 
 /// The samples of a picture so far.
@@ -80,10 +102,7 @@ impl Film {
                 let mut random = Random::new(seed, index as u64, u64::from(sample));
                 let seen = look(medium, surroundings, matter, view.ray(place, lens), &mut random);
                 let [r, g, b] = seen.radiance.to_array();
-                for (channel, value) in [r, g, b, seen.transmittance].into_iter().enumerate() {
-                    pixel.sums[channel] += value;
-                    pixel.squares[channel] += value * value;
-                }
+                pixel.add(f64::from(sample) + 1.0, [r, g, b, seen.transmittance]);
             },
         );
         self.rows = end;
@@ -113,10 +132,7 @@ impl Film {
     pub fn estimates(&self, index: usize) -> [Estimate; CHANNELS] {
         let ahead = index < self.rows as usize * self.size[0] as usize;
         let count = f64::from(self.samples + u32::from(ahead));
-        let pixel = &self.pixels[index];
-        [0, 1, 2, 3].map(|channel| {
-            Moments { count, sum: pixel.sums[channel], squares: pixel.squares[channel] }.estimate()
-        })
+        [0, 1, 2, 3].map(|channel| self.pixels[index].estimate(count, channel))
     }
 
     /// Mean over all pixels.

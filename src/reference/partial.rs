@@ -31,7 +31,7 @@ pub fn save(path: &Path, key: &str, film: &Film) -> Result<()> {
     bytes.extend(numbers.into_iter().flat_map(u32::to_le_bytes));
     bytes.extend_from_slice(key.as_bytes());
     for pixel in &film.pixels {
-        bytes.extend(pixel.sums.iter().chain(&pixel.squares).flat_map(|v| v.to_le_bytes()));
+        bytes.extend(pixel.mean.iter().chain(&pixel.spread).flat_map(|v| v.to_le_bytes()));
     }
     bytes.extend(sum(&bytes).to_le_bytes());
     write_atomically(path, |out| out.write_all(&bytes))
@@ -83,7 +83,7 @@ pub fn load(path: &Path, key: &str, size: [u32; 2]) -> Result<Found> {
     }
     let mut numbers = pixels.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
     let mut four = || [0; 4].map(|_| numbers.next().unwrap_or_default());
-    let pixels = film.pixels.iter().map(|_| Pixel { sums: four(), squares: four() }).collect();
+    let pixels = film.pixels.iter().map(|_| Pixel { mean: four(), spread: four() }).collect();
     Ok(Found::Same(Film { size, samples, rows, pixels }))
 }
 
@@ -95,8 +95,8 @@ mod tests {
         let mut film = Film::new([3, 2]);
         (film.samples, film.rows) = (7, 1);
         for (i, pixel) in film.pixels.iter_mut().enumerate() {
-            pixel.sums = [i as f64 / 3.0; 4];
-            pixel.squares = [-1.0, 0.0, 1e300, 5e-324];
+            pixel.mean = [i as f64 / 3.0; 4];
+            pixel.spread = [-1.0, 0.0, 1e300, 5e-324];
         }
         film
     }
