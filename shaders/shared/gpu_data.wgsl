@@ -21,8 +21,6 @@ struct Particle {
 struct ParticleLight {
     sun_front: vec4<f32>,      // towards the sun
     sun_behind: vec4<f32>,     // away from the sun
-    zenith_front: vec4<f32>,   // upwards
-    zenith_behind: vec4<f32>,  // downwards
     sun_irradiance: vec4<f32>, // rgb, perpendicular to the beam, after the air
     ambient_above: vec4<f32>,  // rgb, mean radiance of the sky over the particle
     ambient_below: vec4<f32>,  // rgb, mean radiance of what lies below
@@ -38,7 +36,7 @@ struct FrameUniforms {
     tiles: vec2<u32>,    // screen tiles
     camera_altitude: f32,     // m
     albedo: f32,              // single-scattering albedo of the medium
-    mean_cosine: f32,         // of the phase function
+    delta_scale: f32,         // extinction of the particles here over the true one: 1 - albedo * peak
     transmittance_stop: f32,  // a pixel is finished below this transmittance
     exposure: f32,            // factor on radiance before the tone curve
     has_air: u32,             // 1: atmosphere between things; 0: vacuum
@@ -46,11 +44,12 @@ struct FrameUniforms {
     particle_capacity: u32,   // slots in the particle buffers
     has_clouds: u32,          // 1: the blend has run
     light_epoch: u32,          // changes whenever the light of any particle does; below 2^24
+    halo_share: f32,           // optical depth of forward-peak scatterings over the scaled one
     padding_a: u32,
-    padding_b: u32,
+    grid_shift: vec4<f32>,     // xyz: m, anchor of the light grid relative to the camera
 }
 
-// A set of parallel lines seen as a picture: from the sun, or from the zenith.
+// A set of parallel lines seen as a picture: from the sun.
 struct LightView {
     axis_u: vec4<f32>,     // xyz: picture x axis, world
     axis_v: vec4<f32>,     // xyz: picture y axis, world
@@ -60,7 +59,7 @@ struct LightView {
     inverse_tile_size: f32,
     tiles: vec2<u32>,
     receiver_samples: u32, // points per particle: 1, 2, 4 or 8
-    is_sun: u32,           // 1: fills sun_*, 0: fills zenith_*
+    padding_a: u32,
 }
 
 // One ring of cells around the camera.

@@ -7,6 +7,9 @@ use bytemuck::{Pod, Zeroable};
 /// Most octaves of coverage noise, most rings, most shapes of one cloud field.
 pub const FIELD_SLOTS: usize = 8;
 
+/// Most levels of the light grid.
+pub const GRID_LEVELS: usize = 10;
+
 /// Declares a host struct together with the list of its fields that the layout test compares.
 macro_rules! gpu_struct {
     ($(#[$meta:meta])* $name:ident { $($(#[$field_meta:meta])* $field:ident: $ty:ty,)* }) => {
@@ -52,10 +55,6 @@ gpu_struct! {
         sun_front: [f32; 4],
         /// Away from the sun.
         sun_behind: [f32; 4],
-        /// Upwards.
-        zenith_front: [f32; 4],
-        /// Downwards.
-        zenith_behind: [f32; 4],
         /// Perpendicular irradiance after the air, rgb.
         sun_irradiance: [f32; 4],
         /// Mean radiance of the sky above, rgb.
@@ -84,8 +83,8 @@ gpu_struct! {
         camera_altitude: f32,
         /// Single-scattering albedo.
         albedo: f32,
-        /// Of the phase function.
-        mean_cosine: f32,
+        /// Extinction of the particles here over the true one: 1 - albedo * peak.
+        delta_scale: f32,
         /// A pixel is finished below this transmittance.
         transmittance_stop: f32,
         /// Factor on radiance before the tone curve.
@@ -100,15 +99,17 @@ gpu_struct! {
         has_clouds: u32,
         /// Changes whenever the light of any particle does; below 2^24.
         light_epoch: u32,
+        /// Optical depth of forward-peak scatterings over the scaled one.
+        halo_share: f32,
         /// Unused.
         padding_a: u32,
-        /// Unused.
-        padding_b: u32,
+        /// m, anchor of the light grid relative to the camera.
+        grid_shift: [f32; 4],
     }
 }
 
 gpu_struct! {
-    /// A set of parallel lines seen as a picture: from the sun, or from the zenith.
+    /// A set of parallel lines seen as a picture: from the sun.
     LightView {
         /// Picture x axis.
         axis_u: [f32; 4],
@@ -126,8 +127,8 @@ gpu_struct! {
         tiles: [u32; 2],
         /// Points per particle: 1, 2, 4 or 8.
         receiver_samples: u32,
-        /// 1: the sun, 0: the zenith.
-        is_sun: u32,
+        /// Unused.
+        padding_a: u32,
     }
 }
 
@@ -212,6 +213,58 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// One level of the light grid.
+    GridLevel {
+        /// x, y, z: m, lowest corner relative to the anchor; w: first slice in the field texture.
+        low: [f32; 4],
+        /// x, y, z: m, side of a cell.
+        cell: [f32; 4],
+        /// x, y, z: cells; w: index of its first cell among all levels'.
+        size: [u32; 4],
+    }
+}
+
+gpu_struct! {
+    /// The light grid.
+    LightGridUniforms {
+        /// Towards the sun.
+        sun: [f32; 4],
+        /// Levels in use, fine to coarse.
+        levels: u32,
+        /// Cells of all levels.
+        cells: u32,
+        /// First Legendre moment of the scaled phase function.
+        moment_first: f32,
+        /// Second Legendre moment.
+        moment_second: f32,
+        /// Scaled single-scattering albedo.
+        albedo: f32,
+        /// 1/m, extinction of one count of matter.
+        quantum: f32,
+        /// Entries of the table of spreads.
+        spreads: u32,
+        /// Unused.
+        padding_a: u32,
+        /// The levels.
+        level: [GridLevel; GRID_LEVELS],
+    }
+}
+
+gpu_struct! {
+    /// Which level a dispatch works on.
+    GridStage {
+        /// The level.
+        level: u32,
+        /// Unused.
+        padding_a: u32,
+        /// Unused.
+        padding_b: u32,
+        /// Unused.
+        padding_c: u32,
+    }
+}
+
+gpu_struct! {
     /// The two shadow maps on the ground.
     ShadowUniforms {
         /// x, y: corner (x and z, m, relative to the camera); z: side, m.
@@ -275,5 +328,7 @@ mod tests {
             ParticleCount
         );
         check!(&shadow, ShadowUniforms);
+        let grid = text(include_str!("../../shaders/shared/light_grid_data.wgsl"));
+        check!(&grid, GridLevel, LightGridUniforms, GridStage);
     }
 }

@@ -24,6 +24,8 @@ const MODULES: &[(&str, &str)] = shader_files![
     "shared/noise.wgsl",
     "shared/quaternion.wgsl",
     "shared/shadow_maps.wgsl",
+    "shared/light_grid_data.wgsl",
+    "shared/light_field.wgsl",
     "shared/lighting.wgsl",
     "medium/phase.wgsl",
     "tables/sampler.wgsl",

@@ -1,7 +1,11 @@
 //! What a particle is made of: how it scatters light, and where inside the unit sphere it is.
 
+pub mod halo;
 pub mod phase;
 pub mod shape;
+mod truncation;
 
+pub use halo::Halo;
 pub use phase::{Phase, PhaseParams, PreparedPhase};
 pub use shape::{Shape, ShapeKind, ShapeSpec};
+pub use truncation::Truncation;

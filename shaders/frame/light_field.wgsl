@@ -1,0 +1,39 @@
+// Light field: what every cell of the light grid sends towards the eye by scattering, as a texture
+// that the blend filters. Twin: src/frame/cpu/light_grid.rs.
+//
+// Workgroup contract: one invocation owns one cell of one level.
+#import cumuli::gpu_data::FrameUniforms
+#import cumuli::light_grid_data::{DIRECTIONS, LightGridUniforms, grid_direction, grid_index, grid_phase, unpack_light}
+
+@group(0) @binding(0) var<uniform> frame: FrameUniforms;
+@group(0) @binding(1) var<uniform> grid: LightGridUniforms;
+@group(0) @binding(2) var<storage, read> lights: array<vec2<u32>>; // [direction][cell]
+@group(0) @binding(3) var field: texture_storage_3d<rgba16float, write>;
+
+// Distance from the eye, in cells, within which the direction to it is not that of the cell's
+// centre alone.
+const NEAR: f32 = 1.0;
+
+@compute @workgroup_size(64)
+fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
+    let level = grid.level[id.y];
+    if id.y >= grid.levels || id.x >= level.size.x * level.size.y * level.size.z {
+        return;
+    }
+    let cell = vec3(id.x % level.size.x, (id.x / level.size.x) % level.size.y, id.x / (level.size.x * level.size.y));
+    let centre = level.low.xyz + (vec3<f32>(cell) + 0.5) * level.cell.xyz + frame.grid_shift.xyz;
+    let distance = length(centre);
+    // Light that reaches the eye travels against its view.
+    let view = centre / max(distance, 1e-6);
+    // Around the eye the views of a cell's parts differ: the moments shrink to those of a wide cone.
+    let sharp = smoothstep(0.0, NEAR, distance / max(level.cell.x, max(level.cell.y, level.cell.z)));
+    let moments = vec2(grid.moment_first, grid.moment_second) * sharp;
+    var sum = vec3(0.0);
+    let index = grid_index(level, cell);
+    for (var d = 0u; d < DIRECTIONS; d++) {
+        let weight = grid_phase(moments, -dot(grid_direction(d), view)) / 12.0;
+        sum += weight * unpack_light(lights[d * grid.cells + index]);
+    }
+    let slice = grid.level[id.y].low.w;
+    textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), 0.0));
+}

@@ -1,0 +1,46 @@
+// Scattered light towards the eye at a place, from the light field's texture.
+// Twin: src/frame/cpu/light_grid.rs.
+#define_import_path cumuli::light_field
+
+#import cumuli::light_grid_data::{GridLevel, LightGridUniforms}
+
+@group(3) @binding(0) var<uniform> light_grid: LightGridUniforms;
+@group(3) @binding(1) var light_field: texture_3d<f32>;
+@group(3) @binding(2) var light_field_sampler: sampler;
+
+// Cells at the border of a level over which it fades into the coarser one.
+const FADE_CELLS: f32 = 3.0;
+
+// 1 well inside of a level, 0 from half a cell within its border on.
+fn level_weight(level: GridLevel, point: vec3<f32>) -> f32 {
+    let at = (point - level.low.xyz) / level.cell.xyz;
+    let margin = min(at, vec3<f32>(level.size.xyz) - at) - 0.5;
+    return saturate(min(margin.x, min(margin.y, margin.z)) / FADE_CELLS);
+}
+
+fn level_light(level: GridLevel, point: vec3<f32>) -> vec3<f32> {
+    let size = vec3<f32>(level.size.xyz);
+    let at = clamp((point - level.low.xyz) / level.cell.xyz, vec3(0.5), size - 0.5);
+    let texel = vec3(at.xy, at.z + level.low.w);
+    return textureSampleLevel(light_field, light_field_sampler, texel / vec3<f32>(textureDimensions(light_field)), 0.0).xyz;
+}
+
+// Point relative to the grid's anchor. x: per unit of sun irradiance, y: per radiance from above,
+// z: per radiance from all sides.
+fn scattered_light(point: vec3<f32>) -> vec3<f32> {
+    var sum = vec3(0.0);
+    var left = 1.0;
+    let last = light_grid.levels - 1u;
+    for (var l = 0u; l <= last; l++) {
+        let level = light_grid.level[l];
+        let weight = select(level_weight(level, point), 1.0, l == last);
+        if weight > 0.0 {
+            sum += left * weight * level_light(level, point);
+            left *= 1.0 - weight;
+            if left <= 0.0 {
+                break;
+            }
+        }
+    }
+    return sum;
+}

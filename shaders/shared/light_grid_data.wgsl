@@ -1,0 +1,79 @@
+// The grid of scattered light: where its cells lie, its directions, how a cell's light is packed.
+// Host: src/frame/light_grid/. Twin: src/frame/cpu/light_grid.rs.
+//
+// Levels go from fine (0) to coarse; a coarser one surrounds or holds the finer. Positions are
+// relative to the grid's anchor. A cell's light has three parts, all per unit of what they come
+// from: x scattered sunlight per unit irradiance, y light that came from the upper hemisphere at
+// radiance 1, z light from all sides at radiance 1 (from below: z - y; with albedo 1, z is 1
+// exactly, so that uniform light stays uniform to the last bit).
+#define_import_path cumuli::light_grid_data
+
+struct GridLevel {
+    low: vec4<f32>,   // xyz: m, lowest corner; w: first slice of the level in the field texture
+    cell: vec4<f32>,  // xyz: m, side of a cell
+    size: vec4<u32>,  // xyz: cells; w: index of its first cell among all levels'
+}
+
+struct LightGridUniforms {
+    sun: vec4<f32>,       // xyz: towards the sun
+    levels: u32,
+    cells: u32,           // of all levels
+    moment_first: f32,    // of the scaled phase function: Legendre moments 1 and 2
+    moment_second: f32,
+    albedo: f32,          // scaled
+    quantum: f32,         // 1/m: extinction of one count of `matter`
+    spreads: u32,         // entries of `spread`
+    padding_a: u32,
+    level: array<GridLevel, 10>,
+}
+
+// Which level a dispatch works on.
+struct GridStage {
+    level: u32,
+    padding_a: u32,
+    padding_b: u32,
+    padding_c: u32,
+}
+
+const DIRECTIONS: u32 = 12u;
+const AXIS_SHORT: f32 = 0.52573111;
+const AXIS_LONG: f32 = 0.85065081;
+
+// Directions of travel: the corners of an icosahedron, which integrate polynomials up to degree 5
+// exactly with equal weights. Opposite ones are neighbours in number. One component is always 0,
+// so that a step upstream lands between two cells instead of four.
+fn grid_direction(index: u32) -> vec3<f32> {
+    let axis = index >> 1u;
+    let second = select(AXIS_LONG, -AXIS_LONG, (axis & 1u) != 0u);
+    let sign = select(1.0, -1.0, (index & 1u) != 0u);
+    switch axis >> 1u {
+        case 0u: { return sign * vec3(0.0, AXIS_SHORT, second); }
+        case 1u: { return sign * vec3(AXIS_SHORT, second, 0.0); }
+        default: { return sign * vec3(second, 0.0, AXIS_SHORT); }
+    }
+}
+
+fn unpack_light(packed: vec2<u32>) -> vec3<f32> {
+    return vec3(unpack2x16float(packed.x), unpack2x16float(packed.y).x);
+}
+
+fn pack_light(light: vec3<f32>) -> vec2<u32> {
+    return vec2(pack2x16float(light.xy), pack2x16float(vec2(light.z, 0.0)));
+}
+
+// Index of a cell among all levels'.
+fn grid_index(level: GridLevel, cell: vec3<u32>) -> u32 {
+    return level.size.w + (cell.z * level.size.y + cell.y) * level.size.x + cell.x;
+}
+
+// Light that comes in from outside of all levels along a direction of travel.
+fn light_from_outside(direction: vec3<f32>) -> vec3<f32> {
+    // Horizontal light is half from above, half from below.
+    let above = select(select(0.5, 0.0, direction.y > 0.0), 1.0, direction.y < 0.0);
+    return vec3(0.0, above, 1.0);
+}
+
+// Scaled phase function between unit vectors of this cosine, times 4 pi: degree 2.
+fn grid_phase(grid_moments: vec2<f32>, cosine: f32) -> f32 {
+    return 1.0 + 3.0 * grid_moments.x * cosine + 5.0 * grid_moments.y * (1.5 * cosine * cosine - 0.5);
+}

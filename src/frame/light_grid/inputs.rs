@@ -1,0 +1,165 @@
+//! What the light grid depends on: particles, sun, medium. It is made from its own particles,
+//! around a point that moves in steps and at a time that goes in steps, so that the same scene, time
+//! and camera always give the same light, and most frames find it made.
+
+use glam::DVec3;
+
+use super::levels::{Levels, of_field, of_list};
+use crate::Result;
+use crate::frame::gpu_data::{CloudUniforms, GRID_LEVELS, LightGridUniforms, Particle};
+use crate::frame::population::Shapes;
+use crate::medium::{Shape, Truncation};
+use crate::scene::Scene;
+
+/// Steps of the grid's time in one turnover of a field's largest features. The smallest turn over
+/// ten times faster: light is then at most a 25th of their turnover old.
+const STEPS_PER_TURNOVER: f64 = 256.0;
+/// Steps of the anchor, in innermost cells of the field.
+const ANCHOR_CELLS: f64 = 8.0;
+/// Overlapping particles that the fixed-point sums have room for, at least.
+const MOST_OVERLAPS: f64 = 65_536.0;
+
+/// How finely the grid is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridSettings {
+    /// Factor on the default number of cells along an axis.
+    pub fineness: f64,
+    /// Turns of scattering and sweeping: coarsest level, each finer level.
+    pub turns: [u32; 2],
+}
+
+/// Radius of the even ball with the same second moment as each shape's density, in its radii.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spreads(pub Vec<f32>);
+
+/// Points of a shape that its second moment is taken from.
+const SPREAD_POINTS: u32 = 4096;
+
+impl Spreads {
+    /// Of the shapes of the tables.
+    pub fn new(shapes: &Shapes) -> Result<Self> {
+        let mut spreads = Vec::new();
+        while let Some(name) = shapes.name(spreads.len() as u32) {
+            let shape = Shape::new(name.parse()?);
+            let (mut mass, mut moment) = (0.0, 0.0);
+            for i in 0..SPREAD_POINTS {
+                let point = ball_point(i);
+                let density = shape.density(point);
+                mass += density;
+                moment += density * point.length_squared();
+            }
+            // An even ball of radius r has the moment 3/5 r^2.
+            let spread = if mass > 0.0 { (5.0 / 3.0 * moment / mass).sqrt() } else { 1.0 };
+            spreads.push(spread.min(1.0) as f32);
+        }
+        Ok(Self(spreads))
+    }
+}
+
+/// Point of an even sequence in the unit ball (Roberts 2018, in three dimensions).
+fn ball_point(index: u32) -> DVec3 {
+    const STEPS: [f64; 3] =
+        [0.819_172_513_396_164_5, 0.671_043_606_703_789_3, 0.549_700_477_901_970_3];
+    let [u, v, w] = STEPS.map(|s| (0.5 + f64::from(index) * s).fract());
+    let z = 2.0 * u - 1.0;
+    let across = (1.0 - z * z).sqrt();
+    let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
+    w.cbrt() * DVec3::new(across * cos, z, across * sin)
+}
+
+/// Everything the grid's light depends on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridInputs {
+    /// Where it lies.
+    pub levels: Levels,
+    /// Uniforms of the passes.
+    pub uniforms: LightGridUniforms,
+    /// The cloud field around the anchor.
+    pub clouds: Option<CloudUniforms>,
+    /// Listed particles, relative to the anchor.
+    pub listed: Vec<Particle>,
+    /// Turns of scattering and sweeping.
+    pub turns: [u32; 2],
+}
+
+impl GridInputs {
+    /// Of a scene at a time (s), with the anchor relative to the camera (m) now; none where there is
+    /// no particle. Extinctions are scaled by `truncation`.
+    pub fn new(
+        scene: &Scene,
+        shapes: &Shapes,
+        truncation: &Truncation,
+        settings: &GridSettings,
+        time: f64,
+        capacity: u32,
+    ) -> Result<Option<(Self, DVec3)>> {
+        let camera = scene.camera.position;
+        let scale = truncation.scale(scene.medium.albedo);
+        let (levels, epoch, now) = match &scene.clouds {
+            Some(field) => {
+                let length = field.evolution_time / STEPS_PER_TURNOVER;
+                let epoch = (time / length).floor() * length;
+                let step = ANCHOR_CELLS * field.cell_size;
+                let drifted = ((camera - field.wind * time) / step).round() * step;
+                // Altitudes are those of the ground: the field may only drift sideways here.
+                let anchor = |t: f64| {
+                    let at = drifted + field.wind * t;
+                    DVec3::new(at.x, field.wind.y * t, at.z)
+                };
+                (of_field(field, anchor(epoch), settings.fineness), epoch, anchor(time))
+            }
+            None => match of_list(&scene.particles, settings.fineness) {
+                Some(levels) => {
+                    let anchor = levels.anchor;
+                    (levels, 0.0, anchor)
+                }
+                None => return Ok(None),
+            },
+        };
+        let mut listed = shapes.listed(&scene.particles, levels.anchor)?;
+        scale_particles(&mut listed, scale);
+        let around = Scene {
+            camera: crate::scene::Camera { position: levels.anchor, ..scene.camera },
+            clouds: scene.clouds.clone(),
+            particles: Vec::new(),
+            ..scene.clone()
+        };
+        let mut clouds = shapes.field(&around, epoch, listed.len() as u32, capacity)?;
+        if let Some(clouds) = &mut clouds {
+            scale_field(clouds, scale);
+        }
+        let densest = listed.iter().map(|p| p.extinction).fold(0.0f32, f32::max);
+        let densest = clouds.as_ref().map_or(densest, |c| densest.max(c.extinction));
+        let overlaps = if clouds.is_some() { MOST_OVERLAPS } else { listed.len() as f64 + 1.0 };
+        let mut uniforms = <LightGridUniforms as bytemuck::Zeroable>::zeroed();
+        let [x, y, z] = scene.sun.direction.as_vec3().to_array();
+        uniforms.sun = [x, y, z, 0.0];
+        uniforms.levels = levels.levels.len() as u32;
+        uniforms.cells = levels.cells();
+        uniforms.moment_first = truncation.moments[0] as f32;
+        uniforms.moment_second = truncation.moments[1] as f32;
+        uniforms.albedo = truncation.albedo(scene.medium.albedo) as f32;
+        // Half of the range is left for balls that are denser in a cell than their mean.
+        uniforms.quantum =
+            (f64::from(densest).max(1e-30) * overlaps.min(MOST_OVERLAPS) / 2.0_f64.powi(31)) as f32;
+        uniforms.spreads = shapes.count();
+        for (slot, level) in uniforms.level.iter_mut().zip(&levels.levels).take(GRID_LEVELS) {
+            *slot = *level;
+        }
+        let inputs = Self { levels, uniforms, clouds, listed, turns: settings.turns };
+        Ok(Some((inputs, now - camera)))
+    }
+}
+
+/// Scales the extinction of listed particles.
+pub fn scale_particles(particles: &mut [Particle], scale: f64) {
+    for p in particles {
+        p.extinction *= scale as f32;
+        p.optical_radius *= scale as f32;
+    }
+}
+
+/// Scales the extinction of a cloud field.
+pub fn scale_field(clouds: &mut CloudUniforms, scale: f64) {
+    clouds.extinction *= scale as f32;
+}
