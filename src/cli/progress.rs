@@ -112,6 +112,13 @@ impl crate::tables::Progress for StageBar {
         self.bar.enable_steady_tick(Duration::from_millis(250));
     }
 
+    fn rename(&self, what: &str) {
+        if self.lines {
+            let _ = writeln!(std::io::stderr(), "{what}");
+        }
+        self.bar.set_message(what.to_owned());
+    }
+
     fn advance(&self, steps: u64) {
         let before = self.bar.position();
         self.bar.inc(steps);

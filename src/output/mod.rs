@@ -13,6 +13,7 @@ mod sequence;
 use std::fmt::{Display, Formatter};
 use std::path::Path;
 
+pub(crate) use atomic::sweep;
 pub use atomic::write_atomically;
 pub use fingerprint::{fingerprint, fingerprint_of};
 pub use layers::{Channel, Layers};
@@ -75,7 +76,7 @@ pub fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
             ),
         ));
     }
-    atomic::sweep(path);
+    sweep(path);
     match format {
         Format::Png => write_atomically(path, |out| png::encode(picture, out)),
         Format::Exr => write_atomically(path, |out| exr::encode(picture, out)),
