@@ -6,7 +6,8 @@
 // Workgroup contract: one workgroup owns one tile of 8x8 pixels, one invocation one pixel; it
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight}
-#import cumuli::lighting::{SourceInputs, source_function}
+#import cumuli::light_field::{halo_row, scattered_light}
+#import cumuli::lighting::{SourceInputs, aloneness, source_function}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
 #import cumuli::optical_depth::{ChordProfile, chord_fraction, chord_profile}
 #import cumuli::phase::{PhaseParams, phase_between}
@@ -122,7 +123,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         let dir = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
         let cos_theta = clamp(dot(frame.sun.xyz, dir), -1.0, 1.0);
         let phase_once = phase_between(phase, dir, frame.sun.xyz);
-        let phase_twice = henyey_greenstein(frame.mean_cosine * frame.mean_cosine, cos_theta);
+        let row = halo_row(dir, frame.sun.xyz);
         var far = FAR;
         if frame.has_ground != 0u {
             let ground = ground_distance(dir);
@@ -170,13 +171,23 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             let visible_tau = tau * (end_share - begin_share);
             let t = mix(visible_begin, visible_end, mean_scatter_fraction(visible_tau));
             in.place = (t * dir - particle.centre) / particle.radius;
-            in.scattered = scattering_source(entry_place, dir, frame.sun.xyz, particle.optical_radius);
+            let light = lights[index];
+            in.sun = frame.sun.xyz;
+            in.field = scattered_light(t * dir - frame.grid_shift.xyz);
+            in.alone = aloneness(light, in.place, particle.optical_radius);
+            if in.alone > 0.0 {
+                in.scattered = scattering_source(entry_place, dir, frame.sun.xyz, particle.optical_radius / frame.delta_scale);
+                lookups += 1u;
+            }
             in.phase = phase_once;
-            in.phase_twice = phase_twice;
+            in.halo_row = row;
             in.optical_radius = particle.optical_radius;
+            in.visible_depth = visible_tau;
+            in.view_depth = -log(transmittance);
+            in.delta_scale = frame.delta_scale;
+            in.halo_share = frame.halo_share;
             in.albedo = frame.albedo;
-            in.mean_cosine = frame.mean_cosine;
-            let source = source_function(lights[index], in);
+            let source = source_function(light, in);
             lookups += 2u;
 
             chord_begin[open] = max(visible_begin, cursor);
@@ -200,9 +211,4 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
     let opacity = 1.0 - transmittance;
     textureStore(radiance_out, id.xy, vec4(radiance, transmittance));
     textureStore(distance_out, id.xy, vec4(select(0.0, distance_sum / opacity, opacity > 0.0), 0.0, 0.0, 0.0));
-}
-
-fn henyey_greenstein(g: f32, cos_theta: f32) -> f32 {
-    let base = max(1.0 + g * g - 2.0 * g * cos_theta, 1e-6);
-    return (1.0 - g * g) / (12.566371 * base * sqrt(base));
 }

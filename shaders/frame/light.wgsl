@@ -1,12 +1,12 @@
 // Light: optical depth of the others on both sides of several points in each particle along the
-// lines of one light, fitted as an affine function of the place, and the light's colour at the
+// lines of the sun, fitted as an affine function of the place, and the light's colour at the
 // particle's altitude. Twin: src/frame/cpu/light.rs.
 //
 // Only particles in view are lit, each once an epoch: when the camera turns, those that come into
 // view are added.
 //
 // Workgroup contract: one invocation owns one particle in view; it reads its sample points' tile lists and
-// writes its ParticleLight (the sun's pass its half, the zenith's pass the other).
+// writes its ParticleLight.
 #import cumuli::gpu_data::{FrameUniforms, LightView, Particle, ParticleLight}
 #import cumuli::light_lists::{OPTICAL_DEPTH_LIMIT, Occlusion, light_tile, particle_occlusion}
 #import cumuli::sky::{sky_ambient_above, sky_ambient_below, sun_irradiance_at}
@@ -67,10 +67,9 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let index = order[id.x];
-    let is_sun = view.is_sun != 0u;
     // Small integers are exact as floats.
     let epoch = f32(frame.light_epoch);
-    if select(lights[index].ambient_above.w, lights[index].sun_irradiance.w, is_sun) == epoch {
+    if lights[index].sun_irradiance.w == epoch {
         return;
     }
     let particle = particles[index];
@@ -89,14 +88,9 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
     let slope = select(3.0, 1.0, samples == 2u) / SAMPLE_DISTANCE;
     let scale = vec4(1.0, vec3(slope)) / f32(samples);
     let altitude = frame.camera_altitude + particle.centre.y;
-    if is_sun {
-        lights[index].sun_front = front * scale;
-        lights[index].sun_behind = behind * scale;
-        lights[index].sun_irradiance = vec4(sun_irradiance_at(altitude), epoch);
-    } else {
-        lights[index].zenith_front = front * scale;
-        lights[index].zenith_behind = behind * scale;
-        lights[index].ambient_above = vec4(sky_ambient_above(altitude), epoch);
-        lights[index].ambient_below = vec4(sky_ambient_below(altitude), 0.0);
-    }
+    lights[index].sun_front = front * scale;
+    lights[index].sun_behind = behind * scale;
+    lights[index].sun_irradiance = vec4(sun_irradiance_at(altitude), epoch);
+    lights[index].ambient_above = vec4(sky_ambient_above(altitude), 0.0);
+    lights[index].ambient_below = vec4(sky_ambient_below(altitude), 0.0);
 }

@@ -61,7 +61,10 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     if frame.has_clouds != 0u {
         cloud = textureLoad(clouds, id.xy, 0);
     }
+    // Light that is only scattered within the forward peak still comes from nearly the same place:
+    // all smooth things are seen with it, the sun's disc without.
     let transmittance = cloud.a;
+    let straight = pow(transmittance, 1.0 / frame.delta_scale);
     let opacity = 1.0 - transmittance;
 
     var behind = vec3(0.0);
@@ -78,7 +81,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
                 behind = behind * air.transmittance + air.inscatter;
             }
         } else {
-            behind = sky_radiance(dir) + sun_disc_radiance(dir);
+            behind = sky_radiance(dir) + sun_disc_radiance(dir) * (straight / transmittance);
         }
     }
     var front = cloud.rgb;
@@ -86,5 +89,5 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
         let air = air_between(dir, textureLoad(cloud_distance, id.xy, 0).r);
         front = front * air.transmittance + air.inscatter * opacity;
     }
-    textureStore(picture, id.xy, vec4(front + transmittance * behind, opacity));
+    textureStore(picture, id.xy, vec4(front + transmittance * behind, 1.0 - straight));
 }

@@ -7,6 +7,33 @@
 @group(3) @binding(0) var<uniform> light_grid: LightGridUniforms;
 @group(3) @binding(1) var light_field: texture_3d<f32>;
 @group(3) @binding(2) var light_field_sampler: sampler;
+@group(3) @binding(3) var<storage, read> halo_factors: array<f32>; // rows of HALO_COLUMNS
+
+// As in src/medium/halo.rs.
+const HALO_ROWS: f32 = 96.0;
+const HALO_COLUMNS: f32 = 32.0;
+const HALO_DEPTH: f32 = 0.05;
+const HALO_DEEPEST: f32 = 60.0;
+
+// Row of the halo's table for the angle between two unit vectors.
+fn halo_row(dir: vec3<f32>, sun: vec3<f32>) -> f32 {
+    // From the difference: the cosine loses the digits of small angles.
+    return sqrt(min(0.5 * length(dir - sun), 1.0)) * (HALO_ROWS - 1.0);
+}
+
+// Factor on the phase function after a path of this optical depth in peak scatterings.
+fn halo_factor(row: f32, depth: f32) -> f32 {
+    let last = HALO_COLUMNS - 1.0;
+    let column = min(log(1.0 + depth / HALO_DEPTH) * (last / log(1.0 + HALO_DEEPEST / HALO_DEPTH)), last);
+    let upper = min(floor(row), HALO_ROWS - 2.0);
+    let left = min(floor(column), last - 1.0);
+    let first = u32(upper * HALO_COLUMNS + left);
+    let second = first + u32(HALO_COLUMNS);
+    let along = column - left;
+    let a = mix(halo_factors[first], halo_factors[first + 1u], along);
+    let b = mix(halo_factors[second], halo_factors[second + 1u], along);
+    return mix(a, b, row - upper);
+}
 
 // Cells at the border of a level over which it fades into the coarser one.
 const FADE_CELLS: f32 = 3.0;

@@ -7,5 +7,5 @@ mod truncation;
 
 pub use halo::Halo;
 pub use phase::{Phase, PhaseParams, PreparedPhase};
-pub use shape::{Shape, ShapeKind, ShapeSpec};
+pub use shape::{Shape, ShapeKind, ShapeSpec, VOLUME_CELL};
 pub use truncation::Truncation;
