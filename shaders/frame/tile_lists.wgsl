@@ -1,4 +1,4 @@
-// Tile lists: for each tile of a picture (the screen's, the sun's, the zenith's) the particles
+// Tile lists: for each tile of a picture (the screen's, the sun's) the particles
 // that touch it, in sorted order. Two levels: bins of 8x8 tiles first, so that a tile walks its
 // bin's list and not all particles. Twin: src/frame/cpu/tile_lists.rs.
 //

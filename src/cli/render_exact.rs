@@ -9,6 +9,7 @@ use super::render::{Job, RenderArgs};
 use crate::error::{Error, Result};
 use crate::frame::cpu::blend::ChordInputs;
 use crate::frame::view::frame_uniforms;
+use crate::medium::{Halo, Truncation};
 use crate::output::Layers;
 use crate::reference::{Exact, ExactPixel, Filter, View, picture};
 
@@ -31,10 +32,21 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         Error::Failed(format!("the tables hold no scattering of {}", medium.phase))
     })?;
     let quality = job.settings.preset.quality();
-    let mean_cosine = medium.phase.mean_cosine() as f32;
-    let frame = frame_uniforms(scene, &scene.camera, size, mean_cosine, &quality, 0, true);
+    let truncation = Truncation::new(&medium.phase);
+    let halo = Halo::new(&medium.phase, &truncation);
+    let field = renderer.field()?;
+    let shift = DVec3::ZERO; // the field brings its own
+    let camera = &scene.camera;
+    let frame = frame_uniforms(scene, camera, size, &truncation, shift, &quality, 0, true);
     let phase = medium.phase.prepare();
-    let inputs = ChordInputs { frame: &frame, tables: &tables, scattering, phase };
+    let inputs = ChordInputs {
+        frame: &frame,
+        tables: &tables,
+        scattering,
+        phase,
+        halo: &halo,
+        field: &field,
+    };
     let exact = Exact::new(scene, inputs, particles, lights)?;
 
     let view = View::new(&scene.camera, size, None, Filter::Centre);

@@ -29,17 +29,16 @@ pub struct BlendInputs<'a> {
 
 impl BlendPass {
     /// Compiles the pass with room for `pending` open chords a pixel; it reads the tables
-    /// (group 1) and the sky (group 2).
+    /// (group 1), the sky (group 2) and the light field (group 3).
     pub fn new(
         gpu: &Gpu,
         library: &ShaderLibrary,
         pending: u32,
-        tables: &wgpu::BindGroupLayout,
-        sky: &wgpu::BindGroupLayout,
+        groups: &[&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
         let file = crate::shader_file!("frame/blend.wgsl");
         let defs = [("PENDING", pending)];
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, &[tables, sky])? })
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, groups)? })
     }
 
     /// Binds inputs and targets.
@@ -66,13 +65,13 @@ impl BlendPass {
         pass: &mut wgpu::ComputePass<'_>,
         size: [u32; 2],
         bindings: &wgpu::BindGroup,
-        tables: &wgpu::BindGroup,
-        sky: &wgpu::BindGroup,
+        groups: [&wgpu::BindGroup; 3],
     ) {
         pass.set_pipeline(self.kernel.pipeline("blend"));
         pass.set_bind_group(0, bindings, &[]);
-        pass.set_bind_group(1, tables, &[]);
-        pass.set_bind_group(2, sky, &[]);
+        for (index, group) in (1..).zip(groups) {
+            pass.set_bind_group(index, group, &[]);
+        }
         pass.dispatch_workgroups(size[0].div_ceil(SCREEN_TILE), size[1].div_ceil(SCREEN_TILE), 1);
     }
 }

@@ -1,4 +1,4 @@
-//! Light: what the particles' lists seen from the sun and from the zenith say of the light that
+//! Light: what the particles' lists seen from the sun say of the light that
 //! reaches each particle.
 
 use super::gpu_data::LightView;

@@ -5,6 +5,7 @@ pub mod blend;
 pub mod cpu;
 pub mod gpu_data;
 pub mod light;
+pub mod light_grid;
 pub mod passes;
 pub mod picture;
 pub mod picture_lists;

@@ -2,6 +2,7 @@
 
 use super::blend::BlendPass;
 use super::light::LightPass;
+use super::light_grid::{LightGridPass, Spreads};
 use super::picture_lists::{ListPasses, ProjectPass};
 use super::resolve::ResolvePass;
 use super::rings::RingPass;
@@ -10,6 +11,7 @@ use super::shadow::ShadowPass;
 use super::tonemap::TonemapPass;
 use crate::Result;
 use crate::gpu::{Gpu, ShaderLibrary};
+use crate::medium::Halo;
 
 /// The passes of a frame; those of the sky are in `sky`.
 pub struct Passes {
@@ -23,6 +25,8 @@ pub struct Passes {
     pub light_project: ProjectPass,
     /// Light at the particles.
     pub light: LightPass,
+    /// Light among the clouds.
+    pub light_grid: LightGridPass,
     /// Shadows on the ground.
     pub shadow: ShadowPass,
     /// Particles to pixels.
@@ -39,17 +43,23 @@ impl Passes {
         gpu: &Gpu,
         library: &ShaderLibrary,
         quality: &Quality,
+        spreads: &Spreads,
+        halo: &Halo,
         tables: &wgpu::BindGroupLayout,
         sky: &wgpu::BindGroupLayout,
     ) -> Result<Self> {
+        let light_grid = LightGridPass::new(gpu, library, spreads, halo)?;
+        let groups = [tables, sky, light_grid.layout()];
+        let blend = BlendPass::new(gpu, library, quality.pending, &groups)?;
         Ok(Self {
             rings: RingPass::new(gpu, library)?,
             lists: ListPasses::new(gpu, library)?,
             screen_project: ProjectPass::screen(gpu, library)?,
             light_project: ProjectPass::light(gpu, library)?,
             light: LightPass::new(gpu, library, tables, sky)?,
+            light_grid,
             shadow: ShadowPass::new(gpu, library, tables)?,
-            blend: BlendPass::new(gpu, library, quality.pending, tables, sky)?,
+            blend,
             resolve: ResolvePass::new(gpu, library, tables, sky)?,
             tonemap: TonemapPass::new(gpu, library)?,
         })

@@ -52,7 +52,7 @@ pub struct Counters {
     pub particles_generated: u64,
     /// Particles that touch the picture.
     pub particles_visible: u64,
-    /// Entries in the lists of tiles seen from the sun and from the zenith.
+    /// Entries in the lists of tiles seen from the sun.
     pub light_list_entries: u64,
     /// Entries in the lists of tiles on screen.
     pub screen_list_entries: u64,

@@ -1,5 +1,5 @@
-//! One picture's worth of order: project all particles, sort them, list them per tile. Used three
-//! times a frame: from the eye, from the sun, from the zenith.
+//! One picture's worth of order: project all particles, sort them, list them per tile. Used two
+//! times a frame: from the eye, from the sun.
 
 use super::scan::ScanPass;
 use super::sort::{SortJob, SortPass};

@@ -1,6 +1,7 @@
 //! The frame plan: which passes this frame needs, from what changed since the last, and why.
 
 use super::gpu_data::{CloudUniforms, FrameUniforms, LightView, Particle, ShadowUniforms};
+use super::light_grid::GridWork;
 
 /// The passes of a frame, in the order they run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -9,7 +10,7 @@ pub enum Pass {
     Sky,
     /// Cells to particles.
     Rings,
-    /// Particles to tiles and sort keys: screen, sun, zenith.
+    /// Particles to tiles and sort keys: screen, sun.
     Project,
     /// Order.
     Sort,
@@ -17,6 +18,10 @@ pub enum Pass {
     TileLists,
     /// Occlusion and colour of the light at each particle.
     Light,
+    /// Light that the clouds scatter among themselves.
+    LightGrid,
+    /// What of it the eye sees.
+    LightField,
     /// Shadow maps on the ground.
     Shadow,
     /// Particles to pixels.
@@ -29,13 +34,15 @@ pub enum Pass {
 
 impl Pass {
     /// All passes in order.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Sky,
         Self::Rings,
         Self::Project,
         Self::Sort,
         Self::TileLists,
         Self::Light,
+        Self::LightGrid,
+        Self::LightField,
         Self::Shadow,
         Self::Blend,
         Self::Resolve,
@@ -51,6 +58,8 @@ impl Pass {
             Self::Sort => "sort",
             Self::TileLists => "tile_lists",
             Self::Light => "light",
+            Self::LightGrid => "light_grid",
+            Self::LightField => "light_field",
             Self::Shadow => "shadow",
             Self::Blend => "blend",
             Self::Resolve => "resolve",
@@ -68,8 +77,8 @@ pub struct FrameKey {
     pub clouds: Option<CloudUniforms>,
     /// The scene's own particles, relative to the camera.
     pub listed: Vec<Particle>,
-    /// The lights' pictures: sun, zenith.
-    pub lights: [LightView; 2],
+    /// The sun's picture.
+    pub light: LightView,
     /// Where the shadow maps lie.
     pub shadow: ShadowUniforms,
 }
@@ -96,16 +105,17 @@ pub struct FramePlan {
 
 impl FramePlan {
     /// Compares what this frame depends on with what the last one was made from (none: nothing on
-    /// the device is of use). `sky_changed`: the sky's tables have to be made again.
-    pub fn new(last: Option<&FrameKey>, now: &FrameKey, sky_changed: bool) -> Self {
+    /// the device is of use). `sky_changed`: the sky's tables have to be made again; `grid`: what of
+    /// the light grid has to be.
+    pub fn new(last: Option<&FrameKey>, now: &FrameKey, sky_changed: bool, grid: GridWork) -> Self {
         let empty = now.clouds.is_none() && now.listed.is_empty();
         let particles = last.is_none_or(|l| l.clouds != now.clouds || l.listed != now.listed);
         let camera = last.is_none_or(|l| l.frame != now.frame);
-        let lights = last.is_none_or(|l| l.lights != now.lights);
+        let lights = last.is_none_or(|l| l.light != now.light);
         let shadow = last.is_none_or(|l| l.shadow != now.shadow);
         let grounded = now.frame.has_ground != 0;
         let lit = particles || lights || sky_changed;
-        let anything = lit || camera || shadow;
+        let anything = lit || camera || shadow || grid.field;
 
         let mut decisions = Vec::new();
         let mut decide = |pass, runs: bool, yes, no| {
@@ -135,12 +145,24 @@ impl FramePlan {
             or_empty("light unchanged"),
         );
         decide(
+            Pass::LightGrid,
+            !empty && grid.solve,
+            "particles, sun or the grid's place changed",
+            or_empty("particles and sun as the grid has them"),
+        );
+        decide(
+            Pass::LightField,
+            !empty && grid.field,
+            "the grid's light or the eye's place changed",
+            or_empty("seen from the same place"),
+        );
+        decide(
             Pass::Shadow,
             grounded && !empty && (lit || shadow),
             "particles, sun or maps changed",
             if grounded { or_empty("shadows unchanged") } else { "the scene has no ground" },
         );
-        decide(Pass::Blend, !empty && (lit || camera), moved, or_empty("clouds unchanged"));
+        decide(Pass::Blend, !empty && (lit || camera || grid.field), moved, or_empty("clouds unchanged"));
         decide(Pass::Resolve, anything, "something changed", "picture unchanged");
         decide(Pass::Tonemap, anything, "something changed", "picture unchanged");
         Self { decisions, screen_order, light_order, relit: lit }
@@ -193,10 +215,13 @@ mod tests {
             frame: FrameUniforms { has_ground: 1, ..FrameUniforms::zeroed() },
             clouds: Some(CloudUniforms::zeroed()),
             listed: Vec::new(),
-            lights: [LightView::zeroed(); 2],
+            light: LightView::zeroed(),
             shadow: ShadowUniforms::zeroed(),
         }
     }
+
+    const ALL: GridWork = GridWork { solve: true, field: true };
+    const NONE: GridWork = GridWork { solve: false, field: false };
 
     fn running(plan: &FramePlan) -> Vec<Pass> {
         Pass::ALL.into_iter().filter(|p| plan.runs(*p)).collect()
@@ -204,13 +229,13 @@ mod tests {
 
     #[test]
     fn the_first_frame_runs_everything() {
-        let plan = FramePlan::new(None, &key(), true);
+        let plan = FramePlan::new(None, &key(), true, ALL);
         assert_eq!(running(&plan), Pass::ALL);
     }
 
     #[test]
     fn paused_and_still_runs_nothing() {
-        let plan = FramePlan::new(Some(&key()), &key(), false);
+        let plan = FramePlan::new(Some(&key()), &key(), false, NONE);
         assert_eq!(running(&plan), []);
         assert!(plan.decisions().iter().all(|d| !d.reason.is_empty()));
     }
@@ -219,9 +244,9 @@ mod tests {
     fn a_turned_camera_keeps_the_light() {
         let mut now = key();
         now.frame.forward = [1.0, 0.0, 0.0, 0.0];
-        let plan = FramePlan::new(Some(&key()), &now, false);
+        let plan = FramePlan::new(Some(&key()), &now, false, NONE);
         assert!(plan.screen_order() && !plan.light_order() && !plan.relit());
-        for pass in [Pass::Sky, Pass::Rings, Pass::Shadow] {
+        for pass in [Pass::Sky, Pass::Rings, Pass::Shadow, Pass::LightGrid, Pass::LightField] {
             assert!(!plan.runs(pass), "{pass:?}");
         }
         assert!(plan.runs(Pass::Blend) && plan.runs(Pass::Resolve));
@@ -230,8 +255,8 @@ mod tests {
     #[test]
     fn a_moved_sun_keeps_the_particles_and_the_screen_order() {
         let mut now = key();
-        now.lights[0].towards = [0.0, 1.0, 0.0, 0.0];
-        let plan = FramePlan::new(Some(&key()), &now, true);
+        now.light.towards = [0.0, 1.0, 0.0, 0.0];
+        let plan = FramePlan::new(Some(&key()), &now, true, ALL);
         assert!(plan.light_order() && !plan.screen_order() && plan.relit());
         assert!(!plan.runs(Pass::Rings) && plan.runs(Pass::Light) && plan.runs(Pass::Shadow));
     }
@@ -240,7 +265,7 @@ mod tests {
     fn an_empty_sky_needs_sky_and_picture_only() {
         let mut now = key();
         now.clouds = None;
-        let plan = FramePlan::new(None, &now, true);
+        let plan = FramePlan::new(None, &now, true, NONE);
         assert_eq!(running(&plan), [Pass::Sky, Pass::Resolve, Pass::Tonemap]);
     }
 }

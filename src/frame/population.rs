@@ -30,6 +30,11 @@ impl Shapes {
         Self { shapes: shapes.collect() }
     }
 
+    /// Number of shapes.
+    pub fn count(&self) -> u32 {
+        self.shapes.len() as u32
+    }
+
     /// Name of a shape by its index.
     pub fn name(&self, index: u32) -> Option<&str> {
         self.shapes.iter().find(|(_, s)| s.index == index).map(|(name, _)| name.as_str())

@@ -1,6 +1,10 @@
 //! The renderer: decides what a frame needs, records its passes, reads the picture back.
 
+use super::cpu::light_grid::FieldSeen;
 use super::gpu_data::{FrameUniforms, Particle, ParticleCount, ParticleLight};
+use super::light_grid::{
+    GridBuffers, GridInputs, GridWork, LightGrid, Spreads, scale_field, scale_particles,
+};
 use super::passes::Passes;
 use super::picture::{FrameStats, Picture};
 use super::plan::{FrameKey, FramePlan, Pass};
@@ -13,6 +17,7 @@ use super::sky::{SkyInputs, SkyKind, SkyPass, SkyWork};
 use super::stats::{Counts, StatsReader, pass_times};
 use super::view::{self, Bounds, SCREEN_TILE};
 use crate::gpu::{Gpu, ShaderLibrary, buffers};
+use crate::medium::{Halo, Truncation};
 use crate::scene::{Scene, Sky};
 use crate::tables::{TableSet, TablesGpu};
 use crate::{Error, Result};
@@ -37,7 +42,8 @@ pub struct Renderer {
     passes: Passes,
     tables: TablesGpu,
     shapes: Shapes,
-    mean_cosine: f32,
+    truncation: Truncation,
+    grid: LightGrid,
     phase: wgpu::Buffer,
     sky: SkyPass,
     shadow: ShadowJob,
@@ -61,7 +67,13 @@ impl Renderer {
         let medium = &scene.medium;
         let tables_gpu = TablesGpu::new(gpu, tables, &medium.phase, medium.albedo)?;
         let sky = SkyPass::new(gpu, &library)?;
-        let passes = Passes::new(gpu, &library, &quality, tables_gpu.layout(), sky.layout())?;
+        let shapes = Shapes::new(tables);
+        let spreads = Spreads::new(&shapes)?;
+        let truncation = Truncation::new(&medium.phase);
+        let halo = Halo::new(&medium.phase, &truncation);
+        let (tables_layout, sky_layout) = (tables_gpu.layout(), sky.layout());
+        let passes =
+            Passes::new(gpu, &library, &quality, &spreads, &halo, tables_layout, sky_layout)?;
         let shadow = passes.shadow.job(gpu, quality.shadow_resolution);
         let lists = FIRST_LISTS;
         Ok(Self {
@@ -69,8 +81,9 @@ impl Renderer {
             quality,
             omit: settings.omit,
             passes,
-            shapes: Shapes::new(tables),
-            mean_cosine: medium.phase.mean_cosine() as f32,
+            shapes,
+            truncation,
+            grid: LightGrid::default(),
             phase: buffers::uniform(gpu, "phase", &tables_gpu.phase_params()),
             tables: tables_gpu,
             sky,
@@ -79,7 +92,7 @@ impl Renderer {
             capacities: Capacities {
                 particles: FIRST_PARTICLES.max(scene.particles.len() as u32),
                 screen: lists,
-                lights: [lists; 2],
+                light: lists,
             },
             resources: None,
             last: None,
@@ -130,6 +143,11 @@ impl Renderer {
         Ok((particles, self.gpu.read_buffer(&resources.particle_lights, count)?))
     }
 
+    /// What the light grid sends to the last frame's eye, read back.
+    pub fn field(&self) -> Result<FieldSeen> {
+        self.grid.seen(&self.gpu)
+    }
+
     /// The last frame's tone-mapped texture.
     pub fn display(&self) -> Option<&wgpu::Texture> {
         self.resources.as_ref().map(|r| &r.targets.display)
@@ -140,8 +158,7 @@ impl Renderer {
         let largest = [
             u64::from(next.particles) * size_of::<super::gpu_data::ParticleLight>() as u64,
             u64::from(next.screen.tiles) * 4,
-            u64::from(next.lights[0].tiles) * 4,
-            u64::from(next.lights[1].tiles) * 4,
+            u64::from(next.light.tiles) * 4,
         ];
         if largest.iter().any(|&bytes| bytes > most) {
             return Err(Error::Gpu(format!(
@@ -161,12 +178,17 @@ impl Renderer {
         time: f64,
         size: [u32; 2],
     ) -> Result<(FrameStats, Counts)> {
-        let key = self.key(scene, time, size)?;
+        let settings = &self.quality.grid;
+        let (shapes, truncation) = (&self.shapes, &self.truncation);
+        let most = self.capacities.particles;
+        let grid = GridInputs::new(scene, shapes, truncation, settings, time, most)?;
+        let shift = grid.as_ref().map_or(DVec3::ZERO, |(_, shift)| *shift);
+        let key = self.key(scene, time, size, shift)?;
         let sky_work = self.sky.update(&self.gpu, &sky_inputs(scene));
         let layout = Layout {
             size,
             columns: scene.clouds.as_ref().map_or(Ok(0), rings::columns)?,
-            light_tiles: [key.lights[0].tiles, key.lights[1].tiles],
+            light_tiles: key.light.tiles,
             capacities: self.capacities,
         };
         let resources = match self.resources.take().filter(|r| r.layout == layout) {
@@ -176,14 +198,22 @@ impl Renderer {
                 Resources::new(&self.gpu, &self.passes, &self.phase, &self.shadow, layout)
             }
         };
-        let plan =
-            FramePlan::new(self.last.as_ref(), &key, sky_work != SkyWork::None).without(self.omit);
-        self.record(&resources, &plan, &key, sky_work)?;
+        let work = grid.as_ref().map_or(GridWork::default(), |(inputs, shift)| {
+            let (passes, frame) = (&self.passes, &resources.frame);
+            let buffers = GridBuffers { frame, capacity: most, columns: layout.columns };
+            self.grid.prepare(&self.gpu, passes, &buffers, inputs, *shift, self.last.is_none())
+        });
+        let plan = FramePlan::new(self.last.as_ref(), &key, sky_work != SkyWork::None, work)
+            .without(self.omit);
+        self.record(&resources, &plan, &key, sky_work, grid.as_ref().map(|(inputs, _)| inputs))?;
+        if let Some((inputs, shift)) = &grid {
+            self.grid.done(inputs, *shift);
+        }
         let times = self.stats.times(&self.gpu)?;
         let counts = self.stats.read(&self.gpu)?;
         let tiles = size.map(|s| s.div_ceil(SCREEN_TILE));
         let bytes =
-            resources.bytes() + self.shadow.bytes() + self.tables.bytes() + self.sky.bytes();
+            resources.bytes() + self.shadow.bytes() + self.tables.bytes() + self.sky.bytes() + self.grid.bytes();
         let stats = FrameStats {
             passes: pass_times(&plan, &times),
             counters: counts.counters(&self.capacities, tiles, bytes),
@@ -194,29 +224,35 @@ impl Renderer {
     }
 
     /// Everything this frame's picture depends on.
-    fn key(&self, scene: &Scene, time: f64, size: [u32; 2]) -> Result<FrameKey> {
+    fn key(&self, scene: &Scene, time: f64, size: [u32; 2], shift: DVec3) -> Result<FrameKey> {
         let camera = &scene.camera;
-        let listed = self.shapes.listed(&scene.particles, camera.position)?;
+        let scale = self.truncation.scale(scene.medium.albedo);
+        let mut listed = self.shapes.listed(&scene.particles, camera.position)?;
+        scale_particles(&mut listed, scale);
         let first_slot = listed.len() as u32;
-        let clouds = self.shapes.field(scene, time, first_slot, self.capacities.particles)?;
+        let mut clouds = self.shapes.field(scene, time, first_slot, self.capacities.particles)?;
+        if let Some(clouds) = &mut clouds {
+            scale_field(clouds, scale);
+        }
         let has_clouds = (clouds.is_some() || !listed.is_empty()) && self.omit != Some(Pass::Blend);
         let bounds = bounds(scene, time);
         let samples = self.quality.light_samples;
         let light =
-            |towards, is_sun| view::light_view(towards, is_sun, &bounds, camera.position, samples);
+            view::light_view(scene.sun.direction, &bounds, camera.position, samples);
         Ok(FrameKey {
             frame: view::frame_uniforms(
                 scene,
                 camera,
                 size,
-                self.mean_cosine,
+                &self.truncation,
+                shift,
                 &self.quality,
                 self.capacities.particles,
                 has_clouds,
             ),
             clouds,
             listed,
-            lights: [light(scene.sun.direction, true), light(DVec3::Y, false)],
+            light,
             shadow: view::shadow_uniforms(camera.position, &bounds, self.quality.shadow_resolution),
         })
     }
@@ -227,6 +263,7 @@ impl Renderer {
         plan: &FramePlan,
         key: &FrameKey,
         sky: SkyWork,
+        grid: Option<&GridInputs>,
     ) -> Result<()> {
         let gpu = &self.gpu;
         let passes = &self.passes;
@@ -235,9 +272,7 @@ impl Renderer {
         }
         let frame = FrameUniforms { light_epoch: self.light_epoch, ..key.frame };
         gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&frame));
-        for (index, light) in key.lights.iter().enumerate() {
-            resources.write_view(gpu, index, light);
-        }
+        resources.write_view(gpu, &key.light);
         gpu.queue.write_buffer(&self.shadow.uniforms, 0, bytemuck::bytes_of(&key.shadow));
         if self.last.as_ref().is_none_or(|l| l.listed != key.listed) {
             gpu.queue.write_buffer(&resources.particles, 0, bytemuck::cast_slice(&key.listed));
@@ -263,8 +298,7 @@ impl Renderer {
         }
         let pictures: Vec<_> = [
             plan.screen_order().then_some((&resources.screen, &passes.screen_project)),
-            plan.light_order().then_some((&resources.lights[0].lists, &passes.light_project)),
-            plan.light_order().then_some((&resources.lights[1].lists, &passes.light_project)),
+            plan.light_order().then_some((&resources.light.lists, &passes.light_project)),
         ]
         .into_iter()
         .flatten()
@@ -274,9 +308,20 @@ impl Renderer {
                 if pass == Pass::Sky {
                     return self.sky.encode(encoder, sky);
                 }
+                if pass == Pass::LightGrid {
+                    if let Some(inputs) = grid {
+                        passes.light_grid.encode_solve(gpu, encoder, passes, &self.grid, inputs);
+                    }
+                    return;
+                }
                 let compute = &mut compute_pass(encoder, pass);
                 match pass {
-                    Pass::Sky => {}
+                    Pass::Sky | Pass::LightGrid => {}
+                    Pass::LightField => {
+                        if let Some(inputs) = grid {
+                            passes.light_grid.encode_field(compute, &self.grid, inputs);
+                        }
+                    }
                     Pass::Rings => {
                         if let (Some(job), Some(clouds)) = (&resources.rings, &key.clouds) {
                             passes.rings.encode(gpu, compute, &passes.lists.scan, job, clouds);
@@ -292,9 +337,7 @@ impl Renderer {
                         pictures.iter().for_each(|(l, _)| l.encode_lists(compute, &passes.lists));
                     }
                     Pass::Light => {
-                        for light in &resources.lights {
-                            passes.light.encode(compute, &light.job, tables, sky_bindings);
-                        }
+                        passes.light.encode(compute, &resources.light.job, tables, sky_bindings);
                     }
                     Pass::Shadow => {
                         passes.shadow.encode(
@@ -306,13 +349,10 @@ impl Renderer {
                     }
                     Pass::Blend => {
                         let bindings = &resources.blend_bindings;
-                        passes.blend.encode(
-                            compute,
-                            key.frame.size,
-                            bindings,
-                            tables,
-                            sky_bindings,
-                        );
+                        if let Some(field) = self.grid.bind_group() {
+                            let groups = [tables, sky_bindings, field];
+                            passes.blend.encode(compute, key.frame.size, bindings, groups);
+                        }
                     }
                     Pass::Resolve => {
                         let bindings = &resources.resolve_bindings;
@@ -330,7 +370,8 @@ impl Renderer {
                 }
             })?;
         }
-        self.stats.gather(&mut encoder, resources);
+        let grid_count = self.grid.particle_count().filter(|_| grid.is_some());
+        self.stats.gather(&mut encoder, resources, grid_count);
         gpu.queue.submit([encoder.finish()]);
         Ok(())
     }

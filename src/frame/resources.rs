@@ -28,8 +28,8 @@ pub struct Capacities {
     pub particles: u32,
     /// The screen's lists.
     pub screen: ListCapacity,
-    /// The sun's and the zenith's.
-    pub lights: [ListCapacity; 2],
+    /// The sun's.
+    pub light: ListCapacity,
 }
 
 /// What the resources are made for.
@@ -39,8 +39,8 @@ pub struct Layout {
     pub size: [u32; 2],
     /// Columns of cells in the cloud field; 0 without one.
     pub columns: u32,
-    /// Tiles of the lights' pictures.
-    pub light_tiles: [[u32; 2]; 2],
+    /// Tiles of the sun's picture.
+    pub light_tiles: [u32; 2],
     /// How much fits.
     pub capacities: Capacities,
 }
@@ -73,8 +73,8 @@ pub struct Resources {
     pub visible: wgpu::Buffer,
     /// The screen's order and lists.
     pub screen: PictureLists,
-    /// Sun and zenith.
-    pub lights: [LightResources; 2],
+    /// The sun's.
+    pub light: LightResources,
     /// Binding of the shadow pass.
     pub shadow_bindings: wgpu::BindGroup,
     /// Counts of the blend: look-ups, pixels, empty tiles.
@@ -129,13 +129,13 @@ impl Resources {
             &particle_count,
             &Projection::Screen { visible: &visible },
         );
-        let lights = [0, 1].map(|i| {
+        let light = {
             let view = view_buffer(gpu);
             let lists = PictureLists::new(
                 gpu,
                 &passes.lists,
                 &passes.light_project,
-                list_size(layout.light_tiles[i], layout.capacities.lights[i]),
+                list_size(layout.light_tiles, layout.capacities.light),
                 &frame,
                 &particles,
                 &particle_count,
@@ -152,9 +152,9 @@ impl Resources {
                 &particle_lights,
             );
             LightResources { view, lists, job }
-        });
+        };
         let shadow_bindings =
-            passes.shadow.bind(gpu, shadow, &lights[0].view, &particles, &lights[0].lists);
+            passes.shadow.bind(gpu, shadow, &light.view, &particles, &light.lists);
         let targets = Targets::new(gpu, layout.size);
         let blend_counts = buffers::storage(gpu, "blend counts", BLEND_COUNTS, size_of::<u32>());
         let blend_bindings = passes.blend.bind(
@@ -180,7 +180,7 @@ impl Resources {
             rings,
             visible,
             screen,
-            lights,
+            light,
             shadow_bindings,
             blend_counts,
             blend_bindings,
@@ -190,9 +190,9 @@ impl Resources {
         }
     }
 
-    /// Writes one light's view.
-    pub fn write_view(&self, gpu: &Gpu, index: usize, view: &LightView) {
-        gpu.queue.write_buffer(&self.lights[index].view, 0, bytemuck::bytes_of(view));
+    /// Writes the sun's view.
+    pub fn write_view(&self, gpu: &Gpu, view: &LightView) {
+        gpu.queue.write_buffer(&self.light.view, 0, bytemuck::bytes_of(view));
     }
 
     /// Device memory, bytes.
@@ -201,7 +201,7 @@ impl Resources {
             + self.particle_lights.size()
             + self.rings.as_ref().map_or(0, RingJob::bytes)
             + self.screen.bytes()
-            + self.lights.iter().map(|l| l.lists.bytes()).sum::<u64>()
+            + self.light.lists.bytes()
             + self.targets.bytes()
     }
 }

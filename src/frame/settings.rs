@@ -5,6 +5,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use super::light_grid::GridSettings;
+
 /// Quality against time, from first looks to pictures for print.
 #[derive(
     Clone,
@@ -88,6 +90,8 @@ pub struct Quality {
     pub light_samples: u32,
     /// Texels a side of the shadow maps.
     pub shadow_resolution: u32,
+    /// The light grid.
+    pub grid: GridSettings,
 }
 
 impl Preset {
@@ -99,24 +103,28 @@ impl Preset {
                 transmittance_stop: 0.02,
                 light_samples: 1,
                 shadow_resolution: 96,
+                grid: GridSettings { fineness: 0.5, turns: [16, 3] },
             },
             Self::Medium => Quality {
                 pending: 4,
                 transmittance_stop: 0.01,
                 light_samples: 2,
                 shadow_resolution: 160,
+                grid: GridSettings { fineness: 0.7, turns: [24, 5] },
             },
             Self::High => Quality {
                 pending: 8,
                 transmittance_stop: 0.004,
                 light_samples: 4,
                 shadow_resolution: 256,
+                grid: GridSettings { fineness: 1.0, turns: [32, 8] },
             },
             Self::Ultra => Quality {
                 pending: 16,
                 transmittance_stop: 0.0005,
                 light_samples: 8,
                 shadow_resolution: 512,
+                grid: GridSettings { fineness: 1.4, turns: [48, 16] },
             },
         }
     }

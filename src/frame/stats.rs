@@ -15,10 +15,12 @@ use crate::{Error, Result};
 pub struct Counts {
     /// Particles wanted, before any capacity cut them.
     pub particles: u32,
+    /// The same of the light grid's own particles.
+    pub grid_particles: u32,
     /// Particles in view.
     pub visible: u32,
-    /// Entries wanted of bins and tiles: screen, sun, zenith.
-    pub lists: [[u32; 2]; 3],
+    /// Entries wanted of bins and tiles: screen, sun.
+    pub lists: [[u32; 2]; 2],
     /// Table look-ups of the blend.
     pub lookups: u32,
     /// Pixels in tiles with particles.
@@ -45,7 +47,7 @@ pub struct StatsReader {
     clock: Clock,
 }
 
-const WORDS: usize = 1 + 1 + 6 + BLEND_COUNTS;
+const WORDS: usize = 2 + 1 + 4 + BLEND_COUNTS;
 const WORD: u64 = size_of::<u32>() as u64;
 
 impl StatsReader {
@@ -93,7 +95,10 @@ impl StatsReader {
     }
 
     /// Records the gathering, after all passes.
-    pub fn gather(&mut self, encoder: &mut wgpu::CommandEncoder, resources: &Resources) {
+    pub fn gather(&mut self, encoder: &mut wgpu::CommandEncoder,
+        resources: &Resources,
+        grid_count: Option<&wgpu::Buffer>,
+    ) {
         let mut at = 0;
         let mut copy = |from: &wgpu::Buffer, first: u64, count: u64| {
             encoder.copy_buffer_to_buffer(from, first * WORD, &self.words, at * WORD, count * WORD);
@@ -101,8 +106,10 @@ impl StatsReader {
         };
         // ParticleCount.wanted
         copy(&resources.particle_count, 1, 1);
+        // Without a grid the frame's own count stands for it.
+        copy(grid_count.unwrap_or(&resources.particle_count), 1, 1);
         copy(&resources.visible, 0, 1);
-        let pictures = [&resources.screen, &resources.lights[0].lists, &resources.lights[1].lists];
+        let pictures = [&resources.screen, &resources.light.lists];
         for picture in pictures {
             let lists = &picture.lists;
             copy(&lists.bin_offsets, lists.bin_total_index(), 1);
@@ -117,11 +124,11 @@ impl StatsReader {
     /// Waits for the frame and reads its counts.
     pub fn read(&mut self, gpu: &Gpu) -> Result<Counts> {
         let words = gpu.read_buffer::<u32>(&self.words, WORDS)?;
-        let [particles, visible, a, b, c, d, e, f, lookups, pixels, empty_tiles] = words[..] else {
+        let [particles, grid_particles, visible, a, b, c, d, lookups, pixels, empty_tiles] = words[..] else {
             return Err(Error::Gpu("a read-back of the wrong size".to_owned()));
         };
-        let lists = [[a, b], [c, d], [e, f]];
-        Ok(Counts { particles, visible, lists, lookups, pixels, empty_tiles })
+        let lists = [[a, b], [c, d]];
+        Ok(Counts { particles, grid_particles, visible, lists, lookups, pixels, empty_tiles })
     }
 
     /// Waits for the frame and returns the seconds of its passes, where they are known.
@@ -165,14 +172,11 @@ impl Counts {
             bins: if wanted[0] > now.bins { with_room(wanted[0]) } else { now.bins },
             tiles: if wanted[1] > now.tiles { with_room(wanted[1]) } else { now.tiles },
         };
+        let wanted = self.particles.max(self.grid_particles);
         let next = Capacities {
-            particles: if self.particles > now.particles {
-                with_room(self.particles)
-            } else {
-                now.particles
-            },
+            particles: if wanted > now.particles { with_room(wanted) } else { now.particles },
             screen: list(self.lists[0], now.screen),
-            lights: [list(self.lists[1], now.lights[0]), list(self.lists[2], now.lights[1])],
+            light: list(self.lists[1], now.light),
         };
         (next != *now).then_some(next)
     }
@@ -183,10 +187,9 @@ impl Counts {
         let list = |wanted: [u32; 2], room: ListCapacity| {
             over(wanted[0], room.bins) + over(wanted[1], room.tiles)
         };
-        over(self.particles, now.particles)
+        over(self.particles.max(self.grid_particles), now.particles)
             + list(self.lists[0], now.screen)
-            + list(self.lists[1], now.lights[0])
-            + list(self.lists[2], now.lights[1])
+            + list(self.lists[1], now.light)
     }
 
     /// As part of the public statistics.
@@ -194,7 +197,7 @@ impl Counts {
         Counters {
             particles_generated: self.particles.into(),
             particles_visible: self.visible.into(),
-            light_list_entries: u64::from(self.lists[1][1]) + u64::from(self.lists[2][1]),
+            light_list_entries: self.lists[1][1].into(),
             screen_list_entries: self.lists[0][1].into(),
             table_lookups: self.lookups.into(),
             pixels_shaded: self.pixels.into(),

@@ -1,4 +1,4 @@
-//! Lists of particles per tile of a picture (the screen's, the sun's, the zenith's), in sorted
+//! Lists of particles per tile of a picture (the screen's, the sun's), in sorted
 //! order, through bins of 8x8 tiles.
 
 use super::scan::{ScanJob, ScanPass};

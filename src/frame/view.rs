@@ -1,10 +1,11 @@
-//! Where the frame looks from: the camera's uniforms, the boxes seen from sun and zenith, the
+//! Where the frame looks from: the camera's uniforms, the boxes seen from the sun, the
 //! shadow maps. World coordinates are double; what reaches the device is relative to the camera.
 
 use glam::{DVec2, DVec3};
 
 use super::gpu_data::{FrameUniforms, LightView, ShadowUniforms};
 use super::settings::Quality;
+use crate::medium::Truncation;
 use crate::scene::{Camera, Scene, Sky};
 
 /// Side of a screen tile, pixels: one workgroup of the blend.
@@ -38,12 +39,14 @@ pub fn exposure(scene: &Scene) -> f64 {
     BASE_EXPOSURE * scene.exposure.exp2() / scene.sun.irradiance.max(1e-30)
 }
 
-/// Uniforms of a frame of this size.
+/// Uniforms of a frame of this size; `grid_shift` is the light grid's anchor relative to the camera.
+#[expect(clippy::too_many_arguments, reason = "everything a frame depends on")]
 pub fn frame_uniforms(
     scene: &Scene,
     camera: &Camera,
     size: [u32; 2],
-    mean_cosine: f32,
+    truncation: &Truncation,
+    grid_shift: DVec3,
     quality: &Quality,
     particle_capacity: u32,
     has_clouds: bool,
@@ -60,7 +63,7 @@ pub fn frame_uniforms(
         tiles: size.map(|s| s.div_ceil(SCREEN_TILE)),
         camera_altitude: camera.position.y as f32,
         albedo: scene.medium.albedo as f32,
-        mean_cosine,
+        delta_scale: truncation.scale(scene.medium.albedo) as f32,
         transmittance_stop: quality.transmittance_stop,
         exposure: exposure(scene) as f32,
         has_air: u32::from(matches!(scene.sky, Sky::Atmosphere)),
@@ -68,15 +71,15 @@ pub fn frame_uniforms(
         particle_capacity,
         has_clouds: u32::from(has_clouds),
         light_epoch: 0,
+        halo_share: truncation.peak_depth(scene.medium.albedo) as f32,
         padding_a: 0,
-        padding_b: 0,
+        grid_shift: four(grid_shift),
     }
 }
 
 /// The picture of a box along the lines of a light.
 pub fn light_view(
     towards: DVec3,
-    is_sun: bool,
     bounds: &Bounds,
     camera: DVec3,
     receiver_samples: u32,
@@ -115,7 +118,7 @@ pub fn light_view(
         inverse_tile_size: (1.0 / tile) as f32,
         tiles: [tiles.x as u32, tiles.y as u32],
         receiver_samples,
-        is_sun: u32::from(is_sun),
+        padding_a: 0,
     }
 }
 

@@ -45,7 +45,11 @@ pub struct ShaderLibrary {
 impl ShaderLibrary {
     /// Parses all shared modules.
     pub fn new() -> Result<Self> {
-        let mut composer = Composer::default();
+        // f16 packed in u32 is part of WGSL; adapters without it are of OpenGL ES 3.0.
+        let mut composer = Composer::default().with_capabilities(
+            naga::valid::Capabilities::default()
+                | naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32,
+        );
         for (path, source) in MODULES {
             let added = composer.add_composable_module(ComposableModuleDescriptor {
                 source,

@@ -9,6 +9,7 @@ use super::particles::{ParticleGrid, WorldParticle};
 use super::world::Densities;
 use crate::Result;
 use crate::frame::cpu::blend::{ChordInputs, Composed, mean_scatter_fraction};
+use crate::frame::cpu::lighting::{HaloView, Source};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::gpu_data::{Particle, ParticleLight};
 use crate::frame::population::Shapes;
@@ -54,7 +55,7 @@ struct Chord<'a> {
     particle: &'a WorldParticle,
     begin: f64,
     end: f64,
-    source: DVec3,
+    source: Source,
 }
 
 /// Light of the air and its transmittance at some distances of a ray, interpolated.
@@ -117,6 +118,8 @@ impl<'a> Exact<'a> {
         let ground = if self.has_ground { self.sky.ground_distance(dir) } else { -1.0 };
         let far = if ground >= 0.0 { ground } else { f64::INFINITY };
         let clouds = self.clouds(dir, far);
+        let scale = f64::from(self.inputs.frame.delta_scale);
+        let straight = clouds.transmittance.powf(1.0 / scale);
         let behind = if clouds.transmittance <= OPAQUE {
             DVec3::ZERO
         } else if ground >= 0.0 {
@@ -125,11 +128,13 @@ impl<'a> Exact<'a> {
             let air = self.sky.air_between(dir, ground);
             light * air.transmittance + air.inscatter
         } else {
-            self.sky.sky_radiance(dir) + self.sky.sun_disc_radiance(dir)
+            // The disc is seen by light that is not scattered at all, not even within the peak.
+            let disc = self.sky.sun_disc_radiance(dir) * (straight / clouds.transmittance);
+            self.sky.sky_radiance(dir) + disc
         };
         ExactPixel {
             radiance: clouds.radiance + clouds.transmittance * behind,
-            transmittance: clouds.transmittance,
+            transmittance: straight,
         }
     }
 
@@ -165,7 +170,7 @@ impl<'a> Exact<'a> {
             let visible = particle.optical_depth(ray, begin, end);
             let seen = place(begin + (end - begin) * mean_scatter_fraction(visible));
             let (own, light) = (&self.frame_particles[i as usize], &self.lights[i as usize]);
-            let source = self.inputs.source(own, light, ray.dir, place(near), seen);
+            let source = self.inputs.source(own, light, ray.dir, place(near), seen, visible);
             Some(Chord { particle, begin, end, source })
         };
         found.iter().filter_map(chord).collect()
@@ -175,6 +180,7 @@ impl<'a> Exact<'a> {
     pub fn clouds(&self, dir: DVec3, far: f64) -> Composed {
         let ray = Ray { origin: DVec3::ZERO, dir };
         let chords = self.chords(&ray, far);
+        let halo = self.inputs.halo_view(dir);
         let mut events: Vec<f64> = chords.iter().flat_map(|c| [c.begin, c.end]).collect();
         events.sort_by(f64::total_cmp);
         let mut sum = Composed { radiance: DVec3::ZERO, transmittance: 1.0, distance: 0.0 };
@@ -185,7 +191,7 @@ impl<'a> Exact<'a> {
             let open: Vec<_> =
                 chords.iter().filter(|c| c.begin <= from && c.end >= to && to > from).collect();
             if !open.is_empty() && sum.transmittance > OPAQUE {
-                compose_piece(&ray, &open, from, to, air.as_ref(), &mut sum);
+                compose_piece(&ray, &open, [from, to], air.as_ref(), &halo, &mut sum);
             }
         }
         let opacity = 1.0 - sum.transmittance;
@@ -200,9 +206,9 @@ impl<'a> Exact<'a> {
 fn compose_piece(
     ray: &Ray,
     open: &[&Chord<'_>],
-    from: f64,
-    to: f64,
+    [from, to]: [f64; 2],
     air: Option<&AirAlong>,
+    halo: &HaloView<'_>,
     sum: &mut Composed,
 ) {
     let finest = open
@@ -214,12 +220,13 @@ fn compose_piece(
     for i in 0..steps as usize {
         let begin = from + step * i as f64;
         let (mut tau, mut light) = (0.0, DVec3::ZERO);
+        let depth = -sum.transmittance.ln();
         for place in GAUSS {
             let point = ray.at(begin + step * place);
             for chord in open {
                 let own = 0.5 * step * chord.particle.extinction_at(point);
                 tau += own;
-                light += own * chord.source;
+                light += own * chord.source.at(halo, depth);
             }
         }
         if tau <= 0.0 {

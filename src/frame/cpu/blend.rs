@@ -4,9 +4,10 @@
 
 use glam::{DQuat, DVec3};
 
-use super::lighting::{SourceInputs, source_function};
+use super::light_grid::FieldSeen;
+use super::lighting::{HaloView, Source, SourceInputs, aloneness, source_function};
 use crate::frame::gpu_data::{FrameUniforms, Particle, ParticleLight};
-use crate::medium::PreparedPhase;
+use crate::medium::{Halo, PreparedPhase};
 use crate::tables::optical_depth::ChordProfile;
 use crate::tables::{ScatteringTable, TableSet};
 
@@ -28,7 +29,7 @@ pub struct Chord {
     /// Where its matter lies.
     pub profile: ChordProfile,
     /// Radiance per unit of opacity.
-    pub source: DVec3,
+    pub source: Source,
 }
 
 impl Chord {
@@ -59,6 +60,10 @@ pub struct ChordInputs<'a> {
     pub scattering: &'a ScatteringTable,
     /// Phase function.
     pub phase: PreparedPhase,
+    /// Light around the sun.
+    pub halo: &'a Halo,
+    /// Light that the clouds scatter among themselves.
+    pub field: &'a FieldSeen,
 }
 
 fn vector(v: &[f32]) -> DVec3 {
@@ -68,11 +73,6 @@ fn vector(v: &[f32]) -> DVec3 {
 /// Mean depth into a uniform chord from which the light comes that leaves it, as a fraction.
 pub fn mean_scatter_fraction(tau: f64) -> f64 {
     if tau < 1e-3 { 0.5 - tau / 12.0 } else { 1.0 / tau - 1.0 / tau.exp_m1() }
-}
-
-fn henyey_greenstein(g: f64, cos_theta: f64) -> f64 {
-    let base = 1.0 + g * g - 2.0 * g * cos_theta;
-    (1.0 - g * g) / (4.0 * std::f64::consts::PI * base * base.sqrt())
 }
 
 impl ChordInputs<'_> {
@@ -114,11 +114,11 @@ impl ChordInputs<'_> {
             length,
             optical_depth,
             profile,
-            source: DVec3::ZERO,
+            source: Source { first: DVec3::ZERO, rest: DVec3::ZERO, sun_depth: 0.0 },
         };
         let visible = optical_depth * (chord.share(end) - chord.share(begin));
         let seen = place(begin + (end - begin) * mean_scatter_fraction(visible));
-        chord.source = self.source(particle, light, dir, place(near), seen);
+        chord.source = self.source(particle, light, dir, place(near), seen, visible);
         Some(chord)
     }
 
@@ -131,27 +131,47 @@ impl ChordInputs<'_> {
         dir: DVec3,
         entry: DVec3,
         place: DVec3,
-    ) -> DVec3 {
+        visible_depth: f64,
+    ) -> Source {
         let sun = vector(&self.frame.sun);
-        let cos_theta = sun.dot(dir);
-        let mean_cosine = f64::from(self.frame.mean_cosine);
-        let optical_radius = particle.optical_radius.into();
+        let optical_radius = f64::from(particle.optical_radius);
+        let delta_scale = f64::from(self.frame.delta_scale);
+        let alone = aloneness(light, place, optical_radius);
+        let scattered = if alone > 0.0 {
+            self.scattering.lookup(entry, dir, sun, optical_radius / delta_scale)
+        } else {
+            [0.0; 2]
+        };
+        let point = vector(&particle.centre) + place * f64::from(particle.radius);
         let inputs = SourceInputs {
             place,
-            scattered: self.scattering.lookup(entry, dir, sun, optical_radius),
-            phase: self.phase.eval(cos_theta),
-            phase_twice: henyey_greenstein(mean_cosine * mean_cosine, cos_theta),
+            sun,
+            field: self.field.at(point),
+            alone,
+            scattered,
+            phase: self.phase.eval(sun.dot(dir)),
             optical_radius,
+            visible_depth,
+            delta_scale,
             albedo: self.frame.albedo.into(),
-            mean_cosine,
         };
         source_function(light, &inputs)
+    }
+
+    /// The halo for a direction of view.
+    pub fn halo_view(&self, dir: DVec3) -> HaloView<'_> {
+        HaloView {
+            halo: self.halo,
+            half_sine: 0.5 * (dir - vector(&self.frame.sun)).length(),
+            share: self.frame.halo_share.into(),
+        }
     }
 }
 
 /// The state of one pixel.
 struct Sweep {
-    open: Vec<(Chord, f64)>, // with the share of the chord's matter before the cursor
+    // With the share of the chord's matter before the cursor, and its source seen from here.
+    open: Vec<(Chord, f64, DVec3)>,
     cursor: f64,
     radiance: DVec3,
     transmittance: f64,
@@ -186,17 +206,17 @@ impl Sweep {
         while !self.open.is_empty() && self.cursor < limit && self.transmittance > stop {
             let cursor = self.cursor;
             let event = |c: &Chord| if c.begin > cursor { c.begin } else { c.end };
-            let next = self.open.iter().fold(limit, |next, (c, _)| next.min(event(c)));
+            let next = self.open.iter().fold(limit, |next, (c, ..)| next.min(event(c)));
             let (mut tau, mut light) = (0.0, DVec3::ZERO);
-            for (chord, done) in self.open.iter_mut().filter(|(c, _)| c.begin <= cursor) {
+            for (chord, done, source) in self.open.iter_mut().filter(|(c, ..)| c.begin <= cursor) {
                 let share = chord.share(next);
                 let piece = chord.optical_depth * (share - *done).max(0.0);
                 *done = share;
                 tau += piece;
-                light += piece * chord.source;
+                light += piece * *source;
             }
             self.add(tau, light, next);
-            self.open.retain(|(chord, _)| chord.end > next);
+            self.open.retain(|(chord, ..)| chord.end > next);
         }
         self.cursor = self.cursor.max(limit);
     }
@@ -204,12 +224,12 @@ impl Sweep {
 
 /// Composes chords in the order of the list with at most `pending` open at a time; a pixel is
 /// finished below the transmittance `stop`.
-pub fn compose(chords: &[Chord], pending: usize, stop: f64) -> Composed {
+pub fn compose(chords: &[Chord], halo: &HaloView<'_>, pending: usize, stop: f64) -> Composed {
     let mut sweep = Sweep::new();
     for chord in chords {
         sweep.advance(chord.order, stop);
         if sweep.open.len() == pending {
-            let first_end = sweep.open.iter().fold(f64::INFINITY, |e, (c, _)| e.min(c.end));
+            let first_end = sweep.open.iter().fold(f64::INFINITY, |e, (c, ..)| e.min(c.end));
             sweep.advance(first_end, stop);
         }
         if sweep.transmittance <= stop {
@@ -219,7 +239,8 @@ pub fn compose(chords: &[Chord], pending: usize, stop: f64) -> Composed {
         let begin = chord.begin.max(sweep.cursor);
         // As the shader: matter that lies behind the cursor is put just before it.
         let end = chord.end.max(begin + 1e-5 * begin.max(1.0));
-        sweep.open.push((Chord { begin, end, ..*chord }, done));
+        let source = chord.source.at(halo, -sweep.transmittance.ln());
+        sweep.open.push((Chord { begin, end, ..*chord }, done, source));
     }
     sweep.advance(f64::INFINITY, stop);
     sweep.composed()
@@ -231,7 +252,7 @@ pub fn compose(chords: &[Chord], pending: usize, stop: f64) -> Composed {
 const STEPS: u32 = 32;
 
 /// Composes all chords, in small steps of every piece between two events, to the end.
-pub fn compose_exactly(chords: &[Chord]) -> Composed {
+pub fn compose_exactly(chords: &[Chord], halo: &HaloView<'_>) -> Composed {
     let mut events: Vec<f64> = chords.iter().flat_map(|c| [c.begin, c.end]).collect();
     events.sort_by(f64::total_cmp);
     let mut sweep = Sweep::new();
@@ -246,12 +267,13 @@ pub fn compose_exactly(chords: &[Chord]) -> Composed {
         for step in 1..=STEPS {
             let next = from + (to - from) * f64::from(step) / f64::from(STEPS);
             let (mut tau, mut light) = (0.0, DVec3::ZERO);
+            let depth = -sweep.transmittance.max(f64::MIN_POSITIVE).ln();
             for (chord, done) in &mut open {
                 let share = chord.share(next);
                 let own = chord.optical_depth * (share - *done).max(0.0);
                 *done = share;
                 tau += own;
-                light += own * chord.source;
+                light += own * chord.source.at(halo, depth);
             }
             sweep.add(tau, light, next);
         }

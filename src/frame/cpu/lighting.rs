@@ -1,11 +1,14 @@
 //! The source function of a particle: twin of `shaders/shared/lighting.wgsl`, where the model is
 //! told.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 
 use crate::frame::gpu_data::ParticleLight;
+use crate::medium::Halo;
+
+/// Share of a particle in the matter on the sun's ray through its middle from which on its own table
+/// counts, and from which on it counts alone; as in the shader.
+const ALONE: [f64; 2] = [0.5, 0.95];
 
 /// Affine optical depth at a place in the particle, in radii from its centre; never negative.
 pub fn depth_at(affine: [f32; 4], place: DVec3) -> f64 {
@@ -13,26 +16,19 @@ pub fn depth_at(affine: [f32; 4], place: DVec3) -> f64 {
     (constant + DVec3::new(x, y, z).dot(place)).max(0.0)
 }
 
-/// Diffuse mean intensity in a conservative layer at optical depth `front` of `total`, lit
-/// perpendicularly by irradiance 1.
-pub fn slab_diffuse(front: f64, total: f64) -> f64 {
-    let opacity = |tau: f64| -(-tau).exp_m1();
-    let net_flux = (4.0 + opacity(total)) / (4.0 + 3.0 * total);
-    let j = 2.0 * (1.0 - net_flux) + 3.0 * (opacity(front) - net_flux * front);
-    j.max(0.0) / (4.0 * PI)
+/// Distance, in radii, from a place in the unit sphere to its surface along a direction.
+pub fn way_out(place: DVec3, direction: DVec3) -> f64 {
+    let along = place.dot(direction);
+    ((along * along + 1.0 - place.length_squared()).max(0.0).sqrt() - along).max(0.0)
 }
 
-/// Mean intensity in a conservative layer between radiance `above` and `below`, at optical depth
-/// `front` from above and `behind` from below.
-pub fn slab_between(above: DVec3, below: DVec3, front: f64, behind: f64) -> DVec3 {
-    above.lerp(below, (front + 2.0 / 3.0) / (front + behind + 4.0 / 3.0))
-}
-
-/// Share of diffuse light that a sphere gives back; 1 at albedo 1.
-pub fn diffuse_response(albedo: f64, optical_radius: f64) -> f64 {
-    let escape = 1.0 / (1.0 + 4.0 / 3.0 * optical_radius);
-    // Absorbed plus escaping: written so that nothing cancels however little escapes.
-    albedo * escape / (1.0 - albedo + albedo * escape)
+/// How much of a particle's sunlight its own table tells: 0 among others, 1 alone.
+pub fn aloneness(light: &ParticleLight, place: DVec3, optical_radius: f64) -> f64 {
+    let own = 4.0 / 3.0 * optical_radius;
+    let others = depth_at(light.sun_front, place) + depth_at(light.sun_behind, place);
+    let [begin, end] = ALONE;
+    let t = ((own / (own + others).max(1e-20) - begin) / (end - begin)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 /// What the source function depends on besides the light.
@@ -40,79 +36,149 @@ pub fn diffuse_response(albedo: f64, optical_radius: f64) -> f64 {
 pub struct SourceInputs {
     /// Radii from the centre: where the light is scattered.
     pub place: DVec3,
-    /// Of the particle alone: order 1 without phase function, orders >= 2.
+    /// Towards the sun.
+    pub sun: DVec3,
+    /// Light grid there: per sun irradiance, per radiance from above, per radiance all around.
+    pub field: DVec3,
+    /// Of [`aloneness`].
+    pub alone: f64,
+    /// Of the particle's table: order 1 without phase function, orders >= 2.
     pub scattered: [f64; 2],
     /// Phase function from sun to eye, 1/sr.
     pub phase: f64,
-    /// The same after one more forward scattering, 1/sr.
-    pub phase_twice: f64,
-    /// Extinction times radius times mean density.
+    /// Scaled, of the particle.
     pub optical_radius: f64,
+    /// Scaled, of the chord's visible part.
+    pub visible_depth: f64,
+    /// Extinction over the true one.
+    pub delta_scale: f64,
     /// Single-scattering albedo.
     pub albedo: f64,
-    /// Of the phase function.
-    pub mean_cosine: f64,
+}
+
+/// Radiance towards the eye per unit of a particle's opacity. The part of order 1 depends on the
+/// depth before the chord: [`Source::at`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Source {
+    /// Order 1, without the halo's factor.
+    pub first: DVec3,
+    /// Everything else.
+    pub rest: DVec3,
+    /// Scaled optical depth to the sun.
+    pub sun_depth: f64,
+}
+
+/// The halo for one direction of view.
+#[derive(Clone, Copy, Debug)]
+pub struct HaloView<'a> {
+    /// Its table.
+    pub halo: &'a Halo,
+    /// Sine of half the angle between view and sun.
+    pub half_sine: f64,
+    /// Optical depth of peak scatterings per scaled one.
+    pub share: f64,
+}
+
+impl Source {
+    /// The whole, seen through the scaled optical depth `view_depth`.
+    pub fn at(&self, halo: &HaloView<'_>, view_depth: f64) -> DVec3 {
+        let depth = halo.share * (self.sun_depth + view_depth);
+        self.first * halo.halo.factor(halo.half_sine, depth) + self.rest
+    }
 }
 
 fn colour([r, g, b, _]: [f32; 4]) -> DVec3 {
     DVec3::new(r.into(), g.into(), b.into())
 }
 
+fn mean_transmittance(tau: f64) -> f64 {
+    if tau > 0.0 { -(-tau).exp_m1() / tau } else { 1.0 }
+}
+
 /// Radiance towards the eye per unit of the particle's opacity.
-pub fn source_function(light: &ParticleLight, inputs: &SourceInputs) -> DVec3 {
-    let place = inputs.place;
-    let diffusing = 1.0 - inputs.mean_cosine;
-    let front = depth_at(light.sun_front, place);
-    let behind = depth_at(light.sun_behind, place);
-    let direct = (-front).exp();
-    let scaled = (-diffusing * front).exp();
-    let response = diffuse_response(inputs.albedo, inputs.optical_radius);
+pub fn source_function(light: &ParticleLight, inputs: &SourceInputs) -> Source {
+    let front = depth_at(light.sun_front, inputs.place);
+    let sun_depth = front + inputs.optical_radius * way_out(inputs.place, inputs.sun);
+    let scale = inputs.delta_scale;
+    let first = inputs.albedo / scale * inputs.phase * (-sun_depth).exp();
     let [once, more] = inputs.scattered;
-    let sun = once * (inputs.phase * direct + inputs.phase_twice * (scaled - direct).max(0.0))
-        + more * scaled
-        + response * slab_diffuse(diffusing * front, diffusing * (front + behind));
-    let own = |share: f64| inputs.optical_radius * share;
-    let up = diffusing * (depth_at(light.zenith_front, place) + own(1.0 - place.y));
-    let down = diffusing * (depth_at(light.zenith_behind, place) + own(1.0 + place.y));
+    let visible = inputs.visible_depth;
+    // The table is that of the unscaled medium: opacity of the chord there over that here.
+    let denser = mean_transmittance(visible / scale) / (mean_transmittance(visible) * scale);
+    let own = (once * inputs.phase + more) * denser * (-front).exp();
+    let sun = colour(light.sun_irradiance);
     let (above, below) = (colour(light.ambient_above), colour(light.ambient_below));
-    sun * colour(light.sun_irradiance) + response * slab_between(above, below, up, down)
+    let field = inputs.field;
+    Source {
+        first: (1.0 - inputs.alone) * first * sun,
+        rest: (field.x + (own - field.x) * inputs.alone) * sun
+            + field.y * above
+            + (field.z - field.y) * below,
+        sun_depth,
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use bytemuck::Zeroable;
+
     use super::*;
 
-    /// Marshak's conditions on both faces: no diffuse light comes in from outside. At a face the
-    /// mean intensity is then 2 / (4 pi) of what flows out through it: the share of the beam that
-    /// is reflected above, and the share that arrives diffusely below.
-    #[test]
-    fn the_layer_keeps_all_light() {
-        for total in [0.01, 1.0, 7.0, 100.0] {
-            let reflected = slab_diffuse(0.0, total) * 4.0 * PI / 2.0;
-            let passed = slab_diffuse(total, total) * 4.0 * PI / 2.0 + (-total).exp();
-            assert!((reflected + passed - 1.0).abs() < 1e-9, "{total}: {reflected} {passed}");
+    fn inputs() -> SourceInputs {
+        SourceInputs {
+            place: DVec3::new(0.2, -0.3, 0.1),
+            sun: DVec3::Y,
+            field: DVec3::new(0.0, 0.4, 1.0),
+            alone: 0.0,
+            scattered: [0.8, 0.1],
+            phase: 0.07,
+            optical_radius: 2.0,
+            visible_depth: 1.3,
+            delta_scale: 0.4,
+            albedo: 1.0,
         }
-        assert_eq!(slab_diffuse(0.0, 0.0), 0.0);
     }
 
     #[test]
-    fn a_layer_between_equal_lights_has_that_light() {
-        let light = DVec3::new(0.3, 0.2, 0.1);
-        for (front, behind) in [(0.0, 0.0), (3.0, 0.1), (50.0, 80.0)] {
-            assert!((slab_between(light, light, front, behind) - light).length() < 1e-12);
+    fn uniform_light_is_handed_on() {
+        let mut light = ParticleLight::zeroed();
+        light.ambient_above = [0.3, 0.2, 0.1, 0.0];
+        light.ambient_below = light.ambient_above;
+        for alone in [0.0, 0.5, 1.0] {
+            let source = source_function(&light, &SourceInputs { alone, ..inputs() });
+            assert!((source.rest - colour(light.ambient_above)).length() < 1e-15);
+            assert_eq!(source.first, DVec3::ZERO);
         }
-        // Deep below an opaque layer only what lies below is seen.
-        let deep = slab_between(light, DVec3::ZERO, 1e6, 0.0);
-        assert!(deep.length() < 1e-5, "{deep}");
     }
 
     #[test]
-    fn without_absorption_all_diffuse_light_comes_back() {
-        for optical_radius in [0.0, 1e-3, 1.0, 1e6] {
-            assert_eq!(diffuse_response(1.0, optical_radius), 1.0);
-            assert_eq!(diffuse_response(0.0, optical_radius), 0.0);
-            let some = diffuse_response(0.9, optical_radius);
-            assert!(some > 0.0 && some <= 0.9, "{some}");
+    fn a_particle_alone_shines_as_its_table_says() {
+        let mut light = ParticleLight::zeroed();
+        light.sun_irradiance = [1.0; 4];
+        let i = SourceInputs { alone: 1.0, field: DVec3::ZERO, ..inputs() };
+        let source = source_function(&light, &i);
+        // What leaves the scaled chord is what leaves the true one.
+        let seen = source.rest.x * -(-i.visible_depth).exp_m1();
+        let expected = (0.8 * 0.07 + 0.1) * -(-i.visible_depth / i.delta_scale).exp_m1();
+        assert!((seen - expected).abs() < 1e-14, "{seen} {expected}");
+        assert_eq!(source.first, DVec3::ZERO);
+    }
+
+    #[test]
+    fn the_way_out_ends_on_the_sphere() {
+        for place in [DVec3::ZERO, DVec3::new(0.5, 0.2, -0.7), DVec3::new(0.0, 1.0, 0.0)] {
+            for direction in [DVec3::Y, DVec3::new(0.6, 0.0, 0.8)] {
+                let end = place + way_out(place, direction) * direction;
+                assert!((end.length() - 1.0).abs() < 1e-12 || way_out(place, direction) == 0.0);
+            }
         }
+    }
+
+    #[test]
+    fn others_on_the_sun_s_ray_end_being_alone() {
+        let mut light = ParticleLight::zeroed();
+        assert_eq!(aloneness(&light, DVec3::ZERO, 1.0), 1.0);
+        light.sun_behind[0] = 2.0;
+        assert_eq!(aloneness(&light, DVec3::ZERO, 1.0), 0.0);
     }
 }

@@ -4,6 +4,7 @@
 pub mod atmosphere;
 pub mod blend;
 pub mod light;
+pub mod light_grid;
 pub mod light_project;
 pub mod lighting;
 pub mod noise;

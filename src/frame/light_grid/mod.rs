@@ -6,6 +6,6 @@ mod inputs;
 mod levels;
 mod pass;
 
-pub use inputs::{GridInputs, GridSettings, Spreads};
+pub use inputs::{GridInputs, GridSettings, Spreads, scale_field, scale_particles};
 pub use levels::{Levels, of_field, of_list};
-pub use pass::{GridWork, LightGrid, LightGridPass};
+pub use pass::{GridBuffers, GridWork, LightGrid, LightGridPass};

@@ -4,11 +4,13 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 
 use super::inputs::{GridInputs, Spreads};
-use crate::Result;
+use crate::frame::cpu::light_grid::{FieldSeen, GridLight};
 use crate::frame::gpu_data::{GRID_LEVELS, GridStage, LightGridUniforms, Particle};
-use crate::frame::rings::{RingJob, RingPass, particle_count_buffer};
-use crate::frame::scan::ScanPass;
+use crate::frame::passes::Passes;
+use crate::frame::rings::{RingJob, particle_count_buffer};
 use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
+use crate::medium::Halo;
+use crate::{Error, Result};
 
 /// Invocations of a workgroup of the kernels without planes; as in the shaders.
 const WORKGROUP: u32 = 64;
@@ -24,6 +26,7 @@ pub struct LightGridPass {
     layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     spreads: wgpu::Buffer,
+    halo: wgpu::Buffer,
     stages: Vec<wgpu::Buffer>,
 }
 
@@ -41,7 +44,6 @@ struct Job {
     lights: wgpu::Buffer,
     bytes: u64,
     solve: Vec<wgpu::BindGroup>,
-    texture: wgpu::Texture,
     field: wgpu::BindGroup,
     read: wgpu::BindGroup,
 }
@@ -56,7 +58,12 @@ pub struct LightGrid {
 
 impl LightGridPass {
     /// Compiles the passes.
-    pub fn new(gpu: &Gpu, library: &ShaderLibrary, spreads: &Spreads) -> Result<Self> {
+    pub fn new(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        spreads: &Spreads,
+        halo: &Halo,
+    ) -> Result<Self> {
         let solve = Kernel::new(gpu, library, crate::shader_file!("frame/light_grid.wgsl"), &[], &[])?;
         let field =
             Kernel::new(gpu, library, crate::shader_file!("frame/light_field.wgsl"), &[], &[])?;
@@ -86,6 +93,14 @@ impl LightGridPass {
                     },
                 ),
                 entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+                entry(
+                    3,
+                    wgpu::BindingType::Buffer {
+                        ty: wgpu::BufferBindingType::Storage { read_only: true },
+                        has_dynamic_offset: false,
+                        min_binding_size: None,
+                    },
+                ),
             ],
         });
         let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
@@ -100,7 +115,8 @@ impl LightGridPass {
             })
             .collect();
         let spreads = buffers::storage_with(gpu, "spreads", &spreads.0);
-        Ok(Self { solve, field, layout, sampler, spreads, stages })
+        let halo = buffers::storage_with(gpu, "halo", &halo.factors);
+        Ok(Self { solve, field, layout, sampler, spreads, halo, stages })
     }
 
     /// Layout of bind group 3 of passes that read the field.
@@ -111,13 +127,11 @@ impl LightGridPass {
     fn job(
         &self,
         gpu: &Gpu,
-        rings: &RingPass,
-        scan: &ScanPass,
-        frame: &wgpu::Buffer,
+        passes: &Passes,
+        buffers: &GridBuffers<'_>,
         inputs: &GridInputs,
-        capacity: u32,
-        columns: u32,
     ) -> Job {
+        let GridBuffers { frame, capacity, columns } = *buffers;
         let cells = inputs.levels.cells();
         let size = inputs.levels.texture_size();
         let word = size_of::<u32>();
@@ -190,10 +204,12 @@ impl LightGridPass {
                     binding: 2,
                     resource: wgpu::BindingResource::Sampler(&self.sampler),
                 },
+                wgpu::BindGroupEntry { binding: 3, resource: self.halo.as_entire_binding() },
             ],
         });
         let rings =
-            (columns > 0).then(|| rings.job(gpu, scan, columns, &particles, &count));
+            (columns > 0)
+            .then(|| passes.rings.job(gpu, &passes.lists.scan, columns, &particles, &count));
         let texels = u64::from(size[0]) * u64::from(size[1]) * u64::from(size[2]);
         let bytes = particles.size()
             + 3 * matter.size()
@@ -213,7 +229,6 @@ impl LightGridPass {
             lights,
             bytes,
             solve,
-            texture,
             field,
             read,
         }
@@ -224,8 +239,7 @@ impl LightGridPass {
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        rings: &RingPass,
-        scan: &ScanPass,
+        passes: &Passes,
         grid: &LightGrid,
         inputs: &GridInputs,
     ) {
@@ -243,7 +257,7 @@ impl LightGridPass {
         });
         let pass = &mut pass;
         if let (Some(ring_job), Some(clouds)) = (&job.rings, &inputs.clouds) {
-            rings.encode(gpu, pass, scan, ring_job, clouds);
+            passes.rings.encode(gpu, pass, &passes.lists.scan, ring_job, clouds);
         }
         let most = if inputs.clouds.is_some() { job.capacity } else { listed };
         self.dispatch(pass, job, 0, "splat", [most.div_ceil(WORKGROUP), 1]);
@@ -289,6 +303,17 @@ impl LightGridPass {
     }
 }
 
+/// What the grid's buffers are made for.
+#[derive(Clone, Copy)]
+pub struct GridBuffers<'a> {
+    /// `FrameUniforms`.
+    pub frame: &'a wgpu::Buffer,
+    /// Room for particles.
+    pub capacity: u32,
+    /// Columns of cells of the cloud field; 0 without one.
+    pub columns: u32,
+}
+
 /// What of the grid a frame has to make.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GridWork {
@@ -301,28 +326,23 @@ pub struct GridWork {
 impl LightGrid {
     /// Makes the buffers fit and says what has changed since they were filled. `shift` is the anchor
     /// relative to the camera, m.
-    #[expect(clippy::too_many_arguments, reason = "the passes and sizes a job is made of")]
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
-        pass: &LightGridPass,
-        rings: &RingPass,
-        scan: &ScanPass,
-        frame: &wgpu::Buffer,
+        passes: &Passes,
+        buffers: &GridBuffers<'_>,
         inputs: &GridInputs,
         shift: DVec3,
-        capacity: u32,
-        columns: u32,
         frame_is_new: bool,
     ) -> GridWork {
         let fits = self.job.as_ref().is_some_and(|j| {
             j.size == inputs.levels.texture_size()
                 && j.cells == inputs.levels.cells()
-                && j.capacity == capacity
-                && j.columns == columns
+                && j.capacity == buffers.capacity
+                && j.columns == buffers.columns
         });
         if !fits || frame_is_new {
-            self.job = Some(pass.job(gpu, rings, scan, frame, inputs, capacity, columns));
+            self.job = Some(passes.light_grid.job(gpu, passes, buffers, inputs));
             self.made = None;
         }
         let eye = (-shift).as_vec3().to_array();
@@ -346,9 +366,14 @@ impl LightGrid {
         self.job.as_ref().map(|j| &j.count)
     }
 
-    /// The light of every direction and cell, for tests.
-    pub fn lights(&self) -> Option<&wgpu::Buffer> {
-        self.job.as_ref().map(|j| &j.lights)
+    /// What the last eye sees of it, read back.
+    pub fn seen(&self, gpu: &Gpu) -> Result<FieldSeen> {
+        let (Some(job), Some(made), Some(eye)) = (&self.job, &self.made, self.seen_from) else {
+            return Err(Error::Gpu("the light grid was not made".to_owned()));
+        };
+        let words = gpu.read_buffer::<[u32; 2]>(&job.lights, (job.cells * DIRECTIONS) as usize)?;
+        let light = GridLight::from_device(&made.uniforms, &words);
+        Ok(light.seen_from(DVec3::from_array(eye.map(f64::from))))
     }
 
     /// Device memory, bytes.
