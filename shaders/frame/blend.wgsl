@@ -7,7 +7,7 @@
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight}
 #import cumuli::light_field::{halo_row, scattered_light}
-#import cumuli::lighting::{SourceInputs, aloneness, source_function}
+#import cumuli::lighting::{SourceInputs, source_function}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
 #import cumuli::optical_depth::{ChordProfile, chord_fraction, chord_profile}
 #import cumuli::phase::{PhaseParams, phase_between}
@@ -174,7 +174,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             let light = lights[index];
             in.sun = frame.sun.xyz;
             in.field = scattered_light(t * dir - frame.grid_shift.xyz);
-            in.alone = aloneness(light, in.place, particle.optical_radius);
+            in.alone = light.ambient_below.w;
             if in.alone > 0.0 {
                 in.scattered = scattering_source(entry_place, dir, frame.sun.xyz, particle.optical_radius / frame.delta_scale);
                 lookups += 1u;

@@ -9,6 +9,8 @@
 // writes its ParticleLight.
 #import cumuli::gpu_data::{FrameUniforms, LightView, Particle, ParticleLight}
 #import cumuli::light_lists::{OPTICAL_DEPTH_LIMIT, Occlusion, light_tile, particle_occlusion}
+#import cumuli::light_field::crowding
+#import cumuli::lighting::aloneness
 #import cumuli::sky::{sky_ambient_above, sky_ambient_below, sun_irradiance_at}
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
@@ -92,5 +94,9 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
     lights[index].sun_behind = behind * scale;
     lights[index].sun_irradiance = vec4(sun_irradiance_at(altitude), epoch);
     lights[index].ambient_above = vec4(sky_ambient_above(altitude), 0.0);
-    lights[index].ambient_below = vec4(sky_ambient_below(altitude), 0.0);
+    let mass = particle.optical_radius * particle.radius * particle.radius * 4.18879;
+    let crowd = crowding(particle.centre - frame.grid_shift.xyz, mass, particle.radius);
+    let others = (front.x + behind.x) * scale.x;
+    let alone = aloneness(particle.optical_radius, others, crowd);
+    lights[index].ambient_below = vec4(sky_ambient_below(altitude), alone);
 }

@@ -2,13 +2,13 @@
 // that the blend filters. Twin: src/frame/cpu/light_grid.rs.
 //
 // Workgroup contract: one invocation owns one cell of one level.
-#import cumuli::gpu_data::FrameUniforms
-#import cumuli::light_grid_data::{DIRECTIONS, LightGridUniforms, grid_direction, grid_index, grid_phase, unpack_light}
+#import cumuli::light_grid_data::{DIRECTIONS, GridEye, LightGridUniforms, grid_direction, grid_index, grid_phase, unpack_light}
 
-@group(0) @binding(0) var<uniform> frame: FrameUniforms;
+@group(0) @binding(0) var<uniform> eye: GridEye;
 @group(0) @binding(1) var<uniform> grid: LightGridUniforms;
-@group(0) @binding(2) var<storage, read> lights: array<vec2<u32>>; // [direction][cell]
-@group(0) @binding(3) var field: texture_storage_3d<rgba16float, write>;
+@group(0) @binding(2) var<storage, read> extinction: array<f32>;   // 1/m
+@group(0) @binding(3) var<storage, read> lights: array<vec2<u32>>; // [direction][cell]
+@group(0) @binding(4) var field: texture_storage_3d<rgba16float, write>; // light; a: matter, 1 is grid.densest
 
 // Distance from the eye, in cells, within which the direction to it is not that of the cell's
 // centre alone.
@@ -21,7 +21,7 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let cell = vec3(id.x % level.size.x, (id.x / level.size.x) % level.size.y, id.x / (level.size.x * level.size.y));
-    let centre = level.low.xyz + (vec3<f32>(cell) + 0.5) * level.cell.xyz + frame.grid_shift.xyz;
+    let centre = level.low.xyz + (vec3<f32>(cell) + 0.5) * level.cell.xyz - eye.position.xyz;
     let distance = length(centre);
     // Light that reaches the eye travels against its view.
     let view = centre / max(distance, 1e-6);
@@ -34,6 +34,8 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
         let weight = grid_phase(moments, -dot(grid_direction(d), view)) / 12.0;
         sum += weight * unpack_light(lights[d * grid.cells + index]);
     }
+    // Below the largest number an f16 holds.
+    let matter = min(extinction[index] / grid.densest, 6e4);
     let slice = grid.level[id.y].low.w;
-    textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), 0.0));
+    textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), matter));
 }

@@ -23,7 +23,7 @@ struct ParticleLight {
     sun_behind: vec4<f32>,     // away from the sun
     sun_irradiance: vec4<f32>, // rgb, perpendicular to the beam, after the air
     ambient_above: vec4<f32>,  // rgb, mean radiance of the sky over the particle
-    ambient_below: vec4<f32>,  // rgb, mean radiance of what lies below
+    ambient_below: vec4<f32>,  // rgb, mean radiance of what lies below; w: how much it is alone
 }
 
 // Constant for a frame.

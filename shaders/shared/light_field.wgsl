@@ -45,11 +45,11 @@ fn level_weight(level: GridLevel, point: vec3<f32>) -> f32 {
     return saturate(min(margin.x, min(margin.y, margin.z)) / FADE_CELLS);
 }
 
-fn level_light(level: GridLevel, point: vec3<f32>) -> vec3<f32> {
+fn level_light(level: GridLevel, point: vec3<f32>) -> vec4<f32> {
     let size = vec3<f32>(level.size.xyz);
     let at = clamp((point - level.low.xyz) / level.cell.xyz, vec3(0.5), size - 0.5);
     let texel = vec3(at.xy, at.z + level.low.w);
-    return textureSampleLevel(light_field, light_field_sampler, texel / vec3<f32>(textureDimensions(light_field)), 0.0).xyz;
+    return textureSampleLevel(light_field, light_field_sampler, texel / vec3<f32>(textureDimensions(light_field)), 0.0);
 }
 
 // Point relative to the grid's anchor. x: per unit of sun irradiance, y: per radiance from above,
@@ -62,7 +62,7 @@ fn scattered_light(point: vec3<f32>) -> vec3<f32> {
         let level = light_grid.level[l];
         let weight = select(level_weight(level, point), 1.0, l == last);
         if weight > 0.0 {
-            sum += left * weight * level_light(level, point);
+            sum += left * weight * level_light(level, point).xyz;
             left *= 1.0 - weight;
             if left <= 0.0 {
                 break;
@@ -70,4 +70,18 @@ fn scattered_light(point: vec3<f32>) -> vec3<f32> {
         }
     }
     return sum;
+}
+
+// Extinction of all matter around a point (1/m) over that of one particle if it were alone there: its
+// extinction times volume (m^2) spread over its ball (m) or over a cell, whichever is larger.
+fn crowding(point: vec3<f32>, mass: f32, ball: f32) -> f32 {
+    var chosen = light_grid.levels - 1u;
+    for (var l = 0u; l < chosen; l++) {
+        if level_weight(light_grid.level[l], point) > 0.0 {
+            chosen = l;
+        }
+    }
+    let level = light_grid.level[chosen];
+    let own = mass / max(4.18879 * ball * ball * ball, level.cell.x * level.cell.y * level.cell.z);
+    return level_light(level, point).w * light_grid.densest / max(own, 1e-30);
 }

@@ -23,7 +23,7 @@ struct LightGridUniforms {
     albedo: f32,          // scaled
     quantum: f32,         // 1/m: extinction of one count of `matter`
     spreads: u32,         // entries of `spread`
-    padding_a: u32,
+    densest: f32,         // 1/m, extinction of the densest particle: unit of the field's matter
     level: array<GridLevel, 10>,
 }
 
@@ -33,6 +33,11 @@ struct GridStage {
     padding_a: u32,
     padding_b: u32,
     padding_c: u32,
+}
+
+// The eye that the light field is made for.
+struct GridEye {
+    position: vec4<f32>, // xyz: m, relative to the anchor
 }
 
 const DIRECTIONS: u32 = 12u;

@@ -19,6 +19,10 @@
 // counts, and from which on it counts alone.
 const ALONE_BEGIN: f32 = 0.5;
 const ALONE_END: f32 = 0.95;
+// Matter around it over its own, up to which it is alone and from which on it is not. The grid holds
+// a particle alone with 0.6 to 1.4 times its own extinction.
+const CROWD_BEGIN: f32 = 1.5;
+const CROWD_END: f32 = 2.5;
 
 // Affine optical depth at a place in the particle (in radii from its centre); never negative.
 fn depth_at(affine: vec4<f32>, place: vec3<f32>) -> f32 {
@@ -31,11 +35,12 @@ fn way_out(place: vec3<f32>, direction: vec3<f32>) -> f32 {
     return max(sqrt(max(along * along + 1.0 - dot(place, place), 0.0)) - along, 0.0);
 }
 
-// How much of a particle's sunlight its own table tells: 0 among others, 1 alone.
-fn aloneness(light: ParticleLight, place: vec3<f32>, optical_radius: f32) -> f32 {
+// How much of a particle's sunlight its own table tells: 0 among others, 1 alone. `others`: optical
+// depth of the others on the sun's ray through its middle; `crowd`: matter around it over its own.
+fn aloneness(optical_radius: f32, others: f32, crowd: f32) -> f32 {
     let own = 4.0 / 3.0 * optical_radius; // along a mean chord
-    let others = depth_at(light.sun_front, place) + depth_at(light.sun_behind, place);
-    return smoothstep(ALONE_BEGIN, ALONE_END, own / max(own + others, 1e-20));
+    let share = smoothstep(ALONE_BEGIN, ALONE_END, own / max(own + others, 1e-20));
+    return share * (1.0 - smoothstep(CROWD_BEGIN, CROWD_END, crowd));
 }
 
 struct SourceInputs {

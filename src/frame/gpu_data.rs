@@ -243,10 +243,18 @@ gpu_struct! {
         quantum: f32,
         /// Entries of the table of spreads.
         spreads: u32,
-        /// Unused.
-        padding_a: u32,
+        /// 1/m, extinction of the densest particle.
+        densest: f32,
         /// The levels.
         level: [GridLevel; GRID_LEVELS],
+    }
+}
+
+gpu_struct! {
+    /// The eye that the light field is made for.
+    GridEye {
+        /// x, y, z: m, relative to the anchor.
+        position: [f32; 4],
     }
 }
 
@@ -329,6 +337,6 @@ mod tests {
         );
         check!(&shadow, ShadowUniforms);
         let grid = text(include_str!("../../shaders/shared/light_grid_data.wgsl"));
-        check!(&grid, GridLevel, LightGridUniforms, GridStage);
+        check!(&grid, GridLevel, LightGridUniforms, GridEye, GridStage);
     }
 }

@@ -26,15 +26,15 @@ pub fn view_buffer(gpu: &Gpu) -> wgpu::Buffer {
 }
 
 impl LightPass {
-    /// Compiles the pass; it reads the tables (group 1) and the sky (group 2).
+    /// Compiles the pass; it reads the tables (group 1), the sky (group 2) and the light field
+    /// (group 3).
     pub fn new(
         gpu: &Gpu,
         library: &ShaderLibrary,
-        tables: &wgpu::BindGroupLayout,
-        sky: &wgpu::BindGroupLayout,
+        groups: &[&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
         let file = crate::shader_file!("frame/light.wgsl");
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[tables, sky])? })
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], groups)? })
     }
 
     /// Binds one light's lists and the particles' light.
@@ -71,13 +71,13 @@ impl LightPass {
         &self,
         pass: &mut wgpu::ComputePass<'_>,
         job: &LightJob,
-        tables: &wgpu::BindGroup,
-        sky: &wgpu::BindGroup,
+        groups: [&wgpu::BindGroup; 3],
     ) {
         pass.set_pipeline(self.kernel.pipeline("light"));
         pass.set_bind_group(0, &job.bindings, &[]);
-        pass.set_bind_group(1, tables, &[]);
-        pass.set_bind_group(2, sky, &[]);
+        for (index, group) in (1..).zip(groups) {
+            pass.set_bind_group(index, group, &[]);
+        }
         pass.dispatch_workgroups(job.particles.div_ceil(WORKGROUP), 1, 1);
     }
 }

@@ -50,13 +50,14 @@ impl Passes {
     ) -> Result<Self> {
         let light_grid = LightGridPass::new(gpu, library, spreads, halo)?;
         let groups = [tables, sky, light_grid.layout()];
+        let light = LightPass::new(gpu, library, &groups)?;
         let blend = BlendPass::new(gpu, library, quality.pending, &groups)?;
         Ok(Self {
             rings: RingPass::new(gpu, library)?,
             lists: ListPasses::new(gpu, library)?,
             screen_project: ProjectPass::screen(gpu, library)?,
             light_project: ProjectPass::light(gpu, library)?,
-            light: LightPass::new(gpu, library, tables, sky)?,
+            light,
             light_grid,
             shadow: ShadowPass::new(gpu, library, tables)?,
             blend,

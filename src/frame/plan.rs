@@ -16,12 +16,12 @@ pub enum Pass {
     Sort,
     /// Lists per tile.
     TileLists,
-    /// Occlusion and colour of the light at each particle.
-    Light,
     /// Light that the clouds scatter among themselves.
     LightGrid,
     /// What of it the eye sees.
     LightField,
+    /// Occlusion and colour of the light at each particle.
+    Light,
     /// Shadow maps on the ground.
     Shadow,
     /// Particles to pixels.
@@ -40,9 +40,9 @@ impl Pass {
         Self::Project,
         Self::Sort,
         Self::TileLists,
-        Self::Light,
         Self::LightGrid,
         Self::LightField,
+        Self::Light,
         Self::Shadow,
         Self::Blend,
         Self::Resolve,
@@ -114,7 +114,7 @@ impl FramePlan {
         let lights = last.is_none_or(|l| l.light != now.light);
         let shadow = last.is_none_or(|l| l.shadow != now.shadow);
         let grounded = now.frame.has_ground != 0;
-        let lit = particles || lights || sky_changed;
+        let lit = particles || lights || sky_changed || grid.solve;
         let anything = lit || camera || shadow || grid.field;
 
         let mut decisions = Vec::new();
@@ -139,12 +139,6 @@ impl FramePlan {
             decide(pass, order, moved, or_empty("order unchanged"));
         }
         decide(
-            Pass::Light,
-            !empty && (lit || camera),
-            if lit { "particles, sun or sky changed" } else { "particles may have come into view" },
-            or_empty("light unchanged"),
-        );
-        decide(
             Pass::LightGrid,
             !empty && grid.solve,
             "particles, sun or the grid's place changed",
@@ -155,6 +149,12 @@ impl FramePlan {
             !empty && grid.field,
             "the grid's light or the eye's place changed",
             or_empty("seen from the same place"),
+        );
+        decide(
+            Pass::Light,
+            !empty && (lit || camera),
+            if lit { "particles, sun or sky changed" } else { "particles may have come into view" },
+            or_empty("light unchanged"),
         );
         decide(
             Pass::Shadow,

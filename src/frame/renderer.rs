@@ -3,7 +3,7 @@
 use super::cpu::light_grid::FieldSeen;
 use super::gpu_data::{FrameUniforms, Particle, ParticleCount, ParticleLight};
 use super::light_grid::{
-    GridBuffers, GridInputs, GridWork, LightGrid, Spreads, scale_field, scale_particles,
+    GridInputs, GridSize, GridWork, LightGrid, Spreads, scale_field, scale_particles,
 };
 use super::passes::Passes;
 use super::picture::{FrameStats, Picture};
@@ -199,15 +199,15 @@ impl Renderer {
             }
         };
         let work = grid.as_ref().map_or(GridWork::default(), |(inputs, shift)| {
-            let (passes, frame) = (&self.passes, &resources.frame);
-            let buffers = GridBuffers { frame, capacity: most, columns: layout.columns };
-            self.grid.prepare(&self.gpu, passes, &buffers, inputs, *shift, self.last.is_none())
+            let size = GridSize { capacity: most, columns: layout.columns };
+            self.grid.prepare(&self.gpu, &self.passes, size, inputs, *shift)
         });
         let plan = FramePlan::new(self.last.as_ref(), &key, sky_work != SkyWork::None, work)
             .without(self.omit);
-        self.record(&resources, &plan, &key, sky_work, grid.as_ref().map(|(inputs, _)| inputs))?;
-        if let Some((inputs, shift)) = &grid {
-            self.grid.done(inputs, *shift);
+        let grid = grid.as_ref().map(|(inputs, shift)| (inputs, *shift));
+        self.record(&resources, &plan, &key, sky_work, grid)?;
+        if let Some((inputs, shift)) = grid {
+            self.grid.done(inputs, shift);
         }
         let times = self.stats.times(&self.gpu)?;
         let counts = self.stats.read(&self.gpu)?;
@@ -263,7 +263,7 @@ impl Renderer {
         plan: &FramePlan,
         key: &FrameKey,
         sky: SkyWork,
-        grid: Option<&GridInputs>,
+        grid: Option<(&GridInputs, DVec3)>,
     ) -> Result<()> {
         let gpu = &self.gpu;
         let passes = &self.passes;
@@ -309,7 +309,7 @@ impl Renderer {
                     return self.sky.encode(encoder, sky);
                 }
                 if pass == Pass::LightGrid {
-                    if let Some(inputs) = grid {
+                    if let Some((inputs, _)) = grid {
                         passes.light_grid.encode_solve(gpu, encoder, passes, &self.grid, inputs);
                     }
                     return;
@@ -318,8 +318,8 @@ impl Renderer {
                 match pass {
                     Pass::Sky | Pass::LightGrid => {}
                     Pass::LightField => {
-                        if let Some(inputs) = grid {
-                            passes.light_grid.encode_field(compute, &self.grid, inputs);
+                        if let Some((inputs, shift)) = grid {
+                            passes.light_grid.encode_field(gpu, compute, &self.grid, inputs, shift);
                         }
                     }
                     Pass::Rings => {
@@ -337,7 +337,10 @@ impl Renderer {
                         pictures.iter().for_each(|(l, _)| l.encode_lists(compute, &passes.lists));
                     }
                     Pass::Light => {
-                        passes.light.encode(compute, &resources.light.job, tables, sky_bindings);
+                        if let Some(field) = self.grid.bind_group() {
+                            let groups = [tables, sky_bindings, field];
+                            passes.light.encode(compute, &resources.light.job, groups);
+                        }
                     }
                     Pass::Shadow => {
                         passes.shadow.encode(

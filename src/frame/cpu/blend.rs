@@ -5,7 +5,7 @@
 use glam::{DQuat, DVec3};
 
 use super::light_grid::FieldSeen;
-use super::lighting::{HaloView, Source, SourceInputs, aloneness, source_function};
+use super::lighting::{HaloView, Source, SourceInputs, source_function};
 use crate::frame::gpu_data::{FrameUniforms, Particle, ParticleLight};
 use crate::medium::{Halo, PreparedPhase};
 use crate::tables::optical_depth::ChordProfile;
@@ -136,7 +136,7 @@ impl ChordInputs<'_> {
         let sun = vector(&self.frame.sun);
         let optical_radius = f64::from(particle.optical_radius);
         let delta_scale = f64::from(self.frame.delta_scale);
-        let alone = aloneness(light, place, optical_radius);
+        let alone = f64::from(light.ambient_below[3]);
         let scattered = if alone > 0.0 {
             self.scattering.lookup(entry, dir, sun, optical_radius / delta_scale)
         } else {

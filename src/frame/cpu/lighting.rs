@@ -9,6 +9,8 @@ use crate::medium::Halo;
 /// Share of a particle in the matter on the sun's ray through its middle from which on its own table
 /// counts, and from which on it counts alone; as in the shader.
 const ALONE: [f64; 2] = [0.5, 0.95];
+/// Matter around it over its own, up to which it is alone and from which on it is not.
+const CROWD: [f64; 2] = [1.5, 2.5];
 
 /// Affine optical depth at a place in the particle, in radii from its centre; never negative.
 pub fn depth_at(affine: [f32; 4], place: DVec3) -> f64 {
@@ -22,13 +24,15 @@ pub fn way_out(place: DVec3, direction: DVec3) -> f64 {
     ((along * along + 1.0 - place.length_squared()).max(0.0).sqrt() - along).max(0.0)
 }
 
-/// How much of a particle's sunlight its own table tells: 0 among others, 1 alone.
-pub fn aloneness(light: &ParticleLight, place: DVec3, optical_radius: f64) -> f64 {
+/// How much of a particle's sunlight its own table tells: 0 among others, 1 alone. `others`: optical
+/// depth of the others on the sun's ray through its middle; `crowd`: matter around it over its own.
+pub fn aloneness(optical_radius: f64, others: f64, crowd: f64) -> f64 {
     let own = 4.0 / 3.0 * optical_radius;
-    let others = depth_at(light.sun_front, place) + depth_at(light.sun_behind, place);
-    let [begin, end] = ALONE;
-    let t = ((own / (own + others).max(1e-20) - begin) / (end - begin)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
+    let smooth = |x: f64, [begin, end]: [f64; 2]| {
+        let t = ((x - begin) / (end - begin)).clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    };
+    smooth(own / (own + others).max(1e-20), ALONE) * (1.0 - smooth(crowd, CROWD))
 }
 
 /// What the source function depends on besides the light.
@@ -175,10 +179,9 @@ mod tests {
     }
 
     #[test]
-    fn others_on_the_sun_s_ray_end_being_alone() {
-        let mut light = ParticleLight::zeroed();
-        assert_eq!(aloneness(&light, DVec3::ZERO, 1.0), 1.0);
-        light.sun_behind[0] = 2.0;
-        assert_eq!(aloneness(&light, DVec3::ZERO, 1.0), 0.0);
+    fn others_on_the_ray_of_the_sun_or_around_end_being_alone() {
+        assert_eq!(aloneness(1.0, 0.0, 1.0), 1.0);
+        assert_eq!(aloneness(1.0, 2.0, 1.0), 0.0);
+        assert_eq!(aloneness(1.0, 0.0, 3.0), 0.0);
     }
 }

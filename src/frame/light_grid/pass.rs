@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::inputs::{GridInputs, Spreads};
 use crate::frame::cpu::light_grid::{FieldSeen, GridLight};
-use crate::frame::gpu_data::{GRID_LEVELS, GridStage, LightGridUniforms, Particle};
+use crate::frame::gpu_data::{GRID_LEVELS, GridEye, GridStage, LightGridUniforms, Particle};
 use crate::frame::passes::Passes;
 use crate::frame::rings::{RingJob, particle_count_buffer};
 use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
@@ -34,9 +34,9 @@ pub struct LightGridPass {
 struct Job {
     size: [u32; 3],
     cells: u32,
-    capacity: u32,
-    columns: u32,
+    grid_size: GridSize,
     uniforms: wgpu::Buffer,
+    eye: wgpu::Buffer,
     particles: wgpu::Buffer,
     count: wgpu::Buffer,
     rings: Option<RingJob>,
@@ -128,14 +128,15 @@ impl LightGridPass {
         &self,
         gpu: &Gpu,
         passes: &Passes,
-        buffers: &GridBuffers<'_>,
+        grid_size: GridSize,
         inputs: &GridInputs,
     ) -> Job {
-        let GridBuffers { frame, capacity, columns } = *buffers;
+        let GridSize { capacity, columns } = grid_size;
         let cells = inputs.levels.cells();
         let size = inputs.levels.texture_size();
         let word = size_of::<u32>();
         let uniforms = buffers::uniform(gpu, "light grid", &LightGridUniforms::zeroed());
+        let eye = buffers::uniform(gpu, "grid eye", &GridEye::zeroed());
         let particles =
             buffers::storage(gpu, "grid particles", capacity as usize, size_of::<Particle>());
         let count = particle_count_buffer(gpu, 0);
@@ -185,8 +186,9 @@ impl LightGridPass {
         let field = self.field.bind(
             gpu,
             &[
-                frame.as_entire_binding(),
+                eye.as_entire_binding(),
                 uniforms.as_entire_binding(),
+                extinction.as_entire_binding(),
                 lights.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&view),
             ],
@@ -219,9 +221,9 @@ impl LightGridPass {
         Job {
             size,
             cells,
-            capacity,
-            columns,
+            grid_size,
             uniforms,
+            eye,
             particles,
             count,
             rings,
@@ -259,7 +261,7 @@ impl LightGridPass {
         if let (Some(ring_job), Some(clouds)) = (&job.rings, &inputs.clouds) {
             passes.rings.encode(gpu, pass, &passes.lists.scan, ring_job, clouds);
         }
-        let most = if inputs.clouds.is_some() { job.capacity } else { listed };
+        let most = if inputs.clouds.is_some() { job.grid_size.capacity } else { listed };
         self.dispatch(pass, job, 0, "splat", [most.div_ceil(WORKGROUP), 1]);
         self.dispatch(pass, job, 0, "density", [job.cells.div_ceil(WORKGROUP), 1]);
         let coarsest = inputs.levels.levels.len().saturating_sub(1);
@@ -290,11 +292,16 @@ impl LightGridPass {
     /// Records what the eye sees of it.
     pub fn encode_field(
         &self,
+        gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         grid: &LightGrid,
         inputs: &GridInputs,
+        shift: DVec3,
     ) {
         let Some(job) = &grid.job else { return };
+        let [x, y, z] = (-shift).as_vec3().to_array();
+        let eye = GridEye { position: [x, y, z, 0.0] };
+        gpu.queue.write_buffer(&job.eye, 0, bytemuck::bytes_of(&eye));
         let largest = inputs.levels.levels.iter().map(|l| l.size[..3].iter().product::<u32>());
         let groups = largest.max().unwrap_or(0).div_ceil(WORKGROUP);
         pass.set_pipeline(self.field.pipeline("light_field"));
@@ -303,11 +310,9 @@ impl LightGridPass {
     }
 }
 
-/// What the grid's buffers are made for.
-#[derive(Clone, Copy)]
-pub struct GridBuffers<'a> {
-    /// `FrameUniforms`.
-    pub frame: &'a wgpu::Buffer,
+/// What the grid's buffers are made for, besides its levels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GridSize {
     /// Room for particles.
     pub capacity: u32,
     /// Columns of cells of the cloud field; 0 without one.
@@ -330,19 +335,17 @@ impl LightGrid {
         &mut self,
         gpu: &Gpu,
         passes: &Passes,
-        buffers: &GridBuffers<'_>,
+        size: GridSize,
         inputs: &GridInputs,
         shift: DVec3,
-        frame_is_new: bool,
     ) -> GridWork {
         let fits = self.job.as_ref().is_some_and(|j| {
             j.size == inputs.levels.texture_size()
                 && j.cells == inputs.levels.cells()
-                && j.capacity == buffers.capacity
-                && j.columns == buffers.columns
+                && j.grid_size == size
         });
-        if !fits || frame_is_new {
-            self.job = Some(passes.light_grid.job(gpu, passes, buffers, inputs));
+        if !fits {
+            self.job = Some(passes.light_grid.job(gpu, passes, size, inputs));
             self.made = None;
         }
         let eye = (-shift).as_vec3().to_array();
