@@ -7,7 +7,11 @@
 @group(0) @binding(0) var<uniform> eye: GridEye;
 @group(0) @binding(1) var<uniform> grid: LightGridUniforms;
 @group(0) @binding(2) var<storage, read> extinction: array<f32>;   // 1/m
+#ifdef ABSORBING
 @group(0) @binding(3) var<storage, read> lights: array<vec2<u32>>; // [direction][cell]
+#else
+@group(0) @binding(3) var<storage, read> lights: array<u32>;       // [direction][cell]
+#endif
 @group(0) @binding(4) var field: texture_storage_3d<rgba16float, write>; // light; a: matter, 1 is grid.densest
 
 // Distance from the eye, in cells, within which the direction to it is not that of the cell's

@@ -5,8 +5,10 @@
 // Twin: src/frame/cpu/light_grid.rs, where the method is told.
 //
 // Workgroup contract: `splat` one invocation a particle (sums of integers: no order), `density` and
-// `scatter` one a cell, `begin` one a cell and direction; `sunlight` one workgroup, `sweep` one
-// workgroup a direction: plane after plane downstream, with a barrier between planes.
+// `scatter` one a cell, `begin` one a cell and direction. `sunlight` is one workgroup: plane after
+// plane downstream, with a barrier between planes. A direction of `sweep` stays within planes of
+// cells: one invocation owns one such plane and walks it row after row downstream; it reads only
+// what it wrote itself.
 #import cumuli::gpu_data::{Particle, ParticleCount}
 #import cumuli::light_grid_data::{GridLevel, GridStage, LightGridUniforms, grid_direction, grid_index, grid_phase, light_from_outside, pack_light, unpack_light}
 #import cumuli::numerics::opacity
@@ -18,11 +20,17 @@
 @group(0) @binding(4) var<storage, read_write> matter: array<atomic<u32>>;  // counts of grid.quantum
 @group(0) @binding(5) var<storage, read_write> extinction: array<f32>;     // 1/m
 @group(0) @binding(6) var<storage, read_write> sun_transmittance: array<f32>;
+#ifdef ABSORBING
 @group(0) @binding(7) var<storage, read_write> sources: array<vec2<u32>>;  // [direction][cell]
 @group(0) @binding(8) var<storage, read_write> lights: array<vec2<u32>>;   // [direction][cell]
+#else
+@group(0) @binding(7) var<storage, read_write> sources: array<u32>;        // [direction][cell]
+@group(0) @binding(8) var<storage, read_write> lights: array<u32>;         // [direction][cell]
+#endif
 @group(0) @binding(9) var<storage, read> spread: array<f32>;               // by shape: radius of the even ball of the same moments
 
 const PI: f32 = 3.14159265;
+// Of `sunlight`.
 const WORKGROUP: u32 = 128u;
 
 fn cell_of(index: u32, size: vec3<u32>) -> vec3<u32> {
@@ -250,6 +258,10 @@ fn begin(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= count {
         return;
     }
+    // Elsewhere the light of before is not asked for.
+    if extinction[level.size.w + id.x] <= 0.0 {
+        return;
+    }
     let cell = cell_of(id.x, level.size.xyz);
     let light = inflow(stage.level, id.y, cell_centre(level, vec3<f32>(cell)));
     lights[id.y * grid.cells + grid_index(level, cell)] = pack_light(light);
@@ -297,69 +309,94 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 }
 
-// Carries light along one direction through a level: short characteristics between planes of cells
-// with a source linear in optical depth (Kunasz and Auer 1988).
-@compute @workgroup_size(128)
+// A cell before the one that is worked on.
+struct Upstream {
+    light: vec3<f32>,
+    extinction: f32,     // 1/m; 0 outside of the level
+    source: vec3<f32>,
+}
+
+// Carries light along one direction through a level: short characteristics between rows of cells
+// with a source linear in optical depth (Kunasz and Auer 1988). Light comes from the cell before and
+// from the one beside it upstream; the walk along a row goes so that the latter is the former of the
+// cell worked on last.
+@compute @workgroup_size(32)
 fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let level = grid.level[stage.level];
-    let direction = grid_direction(group.x);
-    let base = group.x * grid.cells;
-    let c = crossing(direction, level.cell.xyz);
-    let planes = i32(level.size[c.main]);
-    let width = i32(level.size[c.second]);
-    let count = u32(width) * level.size[c.third];
-    // One of the two slopes is 0.
-    let slope = c.slope.x + c.slope.y;
-    let side = vec2<i32>(sign(c.slope));
+    let c = crossing(grid_direction(group.y), level.cell.xyz);
+    let steps = vec3<i32>(1, i32(level.size.x), i32(level.size.x * level.size.y));
+    // The axis along which the direction does not change is the one between planes.
+    let turned = c.slope.x == 0.0;
+    let plane_axis = select(c.third, c.second, turned);
+    let row_axis = select(c.second, c.third, turned);
+    let slope = select(c.slope.x, c.slope.y, turned);
+    let plane = group.x * 32u + local;
+    if plane >= level.size[plane_axis] {
+        return;
+    }
     let weight = abs(slope);
-    for (var p = 0; p < planes; p++) {
-        let main = select(planes - 1 - p, p, c.forward);
-        let before = select(main + 1, main - 1, c.forward);
-        for (var i = local; i < count; i += WORKGROUP) {
-            let second = i32(i) % width;
-            let third = i32(i) / width;
-            let here = grid_index(level, vec3<u32>(cell_from(c, main, second, third)));
-            var light = vec3(0.0);
-            var source_before = vec3(0.0);
-            var matter_before = 0.0;
-            for (var tap = 0; tap < 2; tap++) {
-                let w = select(1.0 - weight, weight, tap == 1);
-                let cell = cell_from(c, before, second + tap * side.x, third + tap * side.y);
-                if all(cell >= vec3(0)) && all(cell < vec3<i32>(level.size.xyz)) {
-                    let there = grid_index(level, vec3<u32>(cell));
-                    let held = w * extinction[there];
-                    light += w * unpack_light(lights[base + there]);
-                    if held > 0.0 {
-                        matter_before += held;
-                        source_before += held * unpack_light(sources[base + there]);
+    let rows = i32(level.size[c.main]);
+    let width = i32(level.size[row_axis]);
+    let main_step = select(-steps[c.main], steps[c.main], c.forward);
+    // Upstream beside is at higher numbers: from high to low.
+    let falling = slope > 0.0;
+    let walk = select(1, -1, falling);
+    let row_step = walk * steps[row_axis];
+    let base = i32(group.y * grid.cells);
+    var row = i32(level.size.w) + i32(plane) * steps[plane_axis]
+        + select(rows - 1, 0, c.forward) * steps[c.main]
+        + select(0, width - 1, falling) * steps[row_axis];
+    for (var r = 0; r < rows; r++) {
+        let before = f32(select(rows - r, r - 1, c.forward));
+        var here = row;
+        var beside: Upstream;
+        for (var k = -1; k < width; k++) {
+            var up: Upstream;
+            if r > 0 && k >= 0 {
+                let there = here - main_step;
+                up.light = unpack_light(lights[base + there]);
+                up.extinction = extinction[there];
+                if up.extinction > 0.0 {
+                    up.source = unpack_light(sources[base + there]);
+                }
+            } else {
+                var cell = vec3(0.0);
+                cell[c.main] = before;
+                cell[row_axis] = f32(select(k, width - 1 - k, falling));
+                cell[plane_axis] = f32(plane);
+                up.light = inflow(stage.level, group.y, cell_centre(level, cell));
+                up.extinction = 0.0;
+                up.source = vec3(0.0);
+            }
+            if k >= 0 {
+                var light = mix(up.light, beside.light, weight);
+                let held = vec2((1.0 - weight) * up.extinction, weight * beside.extinction);
+                let matter_before = held.x + held.y;
+                let matter_here = extinction[here];
+                let tau = 0.5 * (matter_before + matter_here) * c.path;
+                if tau > 0.0 {
+                    var source_here = vec3(0.0);
+                    if matter_here > 0.0 {
+                        source_here = unpack_light(sources[base + here]);
                     }
-                } else if w > 0.0 {
-                    light += w * inflow(stage.level, group.x, cell_centre(level, vec3<f32>(cell)));
+                    // At the cloud's edge only one side has a source.
+                    var source_before = source_here;
+                    if matter_before > 0.0 {
+                        source_before = (held.x * up.source + held.y * beside.source) / matter_before;
+                    }
+                    if matter_here <= 0.0 {
+                        source_here = source_before;
+                    }
+                    let opaque = opacity(tau);
+                    // Weight of the near end: 1 - opaque / tau.
+                    let near = select(1.0 - opaque / max(tau, 1e-3), tau * (0.5 - tau / 6.0), tau < 1e-3);
+                    light = light * (1.0 - opaque) + source_here * near + source_before * (opaque - near);
                 }
+                lights[base + here] = pack_light(light);
+                here += row_step;
             }
-            let matter_here = extinction[here];
-            let tau = 0.5 * (matter_before + matter_here) * c.path;
-            if tau > 0.0 {
-                var source_here = vec3(0.0);
-                if matter_here > 0.0 {
-                    source_here = unpack_light(sources[base + here]);
-                }
-                // At the cloud's edge only one side has a source.
-                if matter_before > 0.0 {
-                    source_before /= matter_before;
-                } else {
-                    source_before = source_here;
-                }
-                if matter_here <= 0.0 {
-                    source_here = source_before;
-                }
-                let opaque = opacity(tau);
-                // Weight of the near end: 1 - opaque / tau.
-                let near = select(1.0 - opaque / max(tau, 1e-3), tau * (0.5 - tau / 6.0), tau < 1e-3);
-                light = light * (1.0 - opaque) + source_here * near + source_before * (opaque - near);
-            }
-            lights[base + here] = pack_light(light);
+            beside = up;
         }
-        storageBarrier();
+        row += main_step;
     }
 }

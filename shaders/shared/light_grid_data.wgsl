@@ -4,8 +4,8 @@
 // Levels go from fine (0) to coarse; a coarser one surrounds or holds the finer. Positions are
 // relative to the grid's anchor. A cell's light has three parts, all per unit of what they come
 // from: x scattered sunlight per unit irradiance, y light that came from the upper hemisphere at
-// radiance 1, z light from all sides at radiance 1 (from below: z - y; with albedo 1, z is 1
-// exactly, so that uniform light stays uniform to the last bit).
+// radiance 1, z light from all sides at radiance 1 (from below: z - y). With albedo 1, z is 1
+// everywhere and not stored: uniform light stays uniform to the last bit.
 #define_import_path cumuli::light_grid_data
 
 struct GridLevel {
@@ -58,6 +58,7 @@ fn grid_direction(index: u32) -> vec3<f32> {
     }
 }
 
+#ifdef ABSORBING
 fn unpack_light(packed: vec2<u32>) -> vec3<f32> {
     return vec3(unpack2x16float(packed.x), unpack2x16float(packed.y).x);
 }
@@ -65,6 +66,15 @@ fn unpack_light(packed: vec2<u32>) -> vec3<f32> {
 fn pack_light(light: vec3<f32>) -> vec2<u32> {
     return vec2(pack2x16float(light.xy), pack2x16float(vec2(light.z, 0.0)));
 }
+#else
+fn unpack_light(packed: u32) -> vec3<f32> {
+    return vec3(unpack2x16float(packed), 1.0);
+}
+
+fn pack_light(light: vec3<f32>) -> u32 {
+    return pack2x16float(light.xy);
+}
+#endif
 
 // Index of a cell among all levels'.
 fn grid_index(level: GridLevel, cell: vec3<u32>) -> u32 {

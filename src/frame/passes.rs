@@ -2,7 +2,7 @@
 
 use super::blend::BlendPass;
 use super::light::LightPass;
-use super::light_grid::{LightGridPass, Spreads};
+use super::light_grid::{GridMedium, LightGridPass};
 use super::picture_lists::{ListPasses, ProjectPass};
 use super::resolve::ResolvePass;
 use super::rings::RingPass;
@@ -11,7 +11,6 @@ use super::shadow::ShadowPass;
 use super::tonemap::TonemapPass;
 use crate::Result;
 use crate::gpu::{Gpu, ShaderLibrary};
-use crate::medium::Halo;
 
 /// The passes of a frame; those of the sky are in `sky`.
 pub struct Passes {
@@ -43,12 +42,10 @@ impl Passes {
         gpu: &Gpu,
         library: &ShaderLibrary,
         quality: &Quality,
-        spreads: &Spreads,
-        halo: &Halo,
-        tables: &wgpu::BindGroupLayout,
-        sky: &wgpu::BindGroupLayout,
+        medium: &GridMedium<'_>,
+        [tables, sky]: [&wgpu::BindGroupLayout; 2],
     ) -> Result<Self> {
-        let light_grid = LightGridPass::new(gpu, library, spreads, halo)?;
+        let light_grid = LightGridPass::new(gpu, library, medium)?;
         let groups = [tables, sky, light_grid.layout()];
         let light = LightPass::new(gpu, library, &groups)?;
         let blend = BlendPass::new(gpu, library, quality.pending, &groups)?;

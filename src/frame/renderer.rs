@@ -3,7 +3,7 @@
 use super::cpu::light_grid::FieldSeen;
 use super::gpu_data::{FrameUniforms, Particle, ParticleCount, ParticleLight};
 use super::light_grid::{
-    GridInputs, GridSize, GridWork, LightGrid, Spreads, scale_field, scale_particles,
+    GridInputs, GridMedium, GridSize, GridWork, LightGrid, Spreads, scale_field, scale_particles,
 };
 use super::passes::Passes;
 use super::picture::{FrameStats, Picture};
@@ -71,9 +71,9 @@ impl Renderer {
         let spreads = Spreads::new(&shapes)?;
         let truncation = Truncation::new(&medium.phase);
         let halo = Halo::new(&medium.phase, &truncation);
-        let (tables_layout, sky_layout) = (tables_gpu.layout(), sky.layout());
-        let passes =
-            Passes::new(gpu, &library, &quality, &spreads, &halo, tables_layout, sky_layout)?;
+        let grid = GridMedium { spreads: &spreads, halo: &halo, albedo: medium.albedo };
+        let groups = [tables_gpu.layout(), sky.layout()];
+        let passes = Passes::new(gpu, &library, &quality, &grid, groups)?;
         let shadow = passes.shadow.job(gpu, quality.shadow_resolution);
         let lists = FIRST_LISTS;
         Ok(Self {

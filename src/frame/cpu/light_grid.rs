@@ -156,11 +156,13 @@ pub struct GridLight {
 }
 
 impl GridLight {
-    /// The light as a device made it: `words` are its packed lights.
-    pub fn from_device(uniforms: &LightGridUniforms, words: &[[u32; 2]]) -> Self {
+    /// The light as a device made it: `words` are its packed lights, one or two for each.
+    pub fn from_device(uniforms: &LightGridUniforms, words: &[u32], packed: usize) -> Self {
         let half = |bits: u32| f16::from_bits(bits as u16).to_f64();
-        let lights =
-            words.iter().map(|[a, b]| DVec3::new(half(*a), half(a >> 16), half(*b))).collect();
+        let light = |w: &[u32]| {
+            DVec3::new(half(w[0]), half(w[0] >> 16), w.get(1).map_or(1.0, |sum| half(*sum)))
+        };
+        let lights = words.chunks_exact(packed.max(1)).map(light).collect();
         Self {
             uniforms: *uniforms,
             extinction: Vec::new(),

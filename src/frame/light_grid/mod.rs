@@ -8,4 +8,4 @@ mod pass;
 
 pub use inputs::{GridInputs, GridSettings, Spreads, scale_field, scale_particles};
 pub use levels::{Levels, of_field, of_list};
-pub use pass::{GridSize, GridWork, LightGrid, LightGridPass};
+pub use pass::{GridMedium, GridSize, GridWork, LightGrid, LightGridPass};

@@ -16,18 +16,32 @@ use crate::{Error, Result};
 const WORKGROUP: u32 = 64;
 /// Directions of travel; as in the shaders.
 const DIRECTIONS: u32 = 12;
-/// Bytes of a cell's light along one direction.
-const LIGHT_BYTES: usize = 8;
+/// Bytes of a texel of the field.
+const TEXEL_BYTES: u64 = 8;
+/// Planes of cells a workgroup of `sweep`; as in the shader.
+const SWEEP_PLANES: u32 = 32;
 
 /// The pipelines, and the layout of what the blend reads.
 pub struct LightGridPass {
     solve: Kernel,
     field: Kernel,
+    /// Bytes of a cell's light along one direction.
+    light_bytes: usize,
     layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     spreads: wgpu::Buffer,
     halo: wgpu::Buffer,
     stages: Vec<wgpu::Buffer>,
+}
+
+/// What the passes are compiled for.
+pub struct GridMedium<'a> {
+    /// Of the shapes.
+    pub spreads: &'a Spreads,
+    /// Light around the sun.
+    pub halo: &'a Halo,
+    /// Single-scattering albedo.
+    pub albedo: f64,
 }
 
 /// Buffers for one size of grid.
@@ -61,12 +75,14 @@ impl LightGridPass {
     pub fn new(
         gpu: &Gpu,
         library: &ShaderLibrary,
-        spreads: &Spreads,
-        halo: &Halo,
+        medium: &GridMedium<'_>,
     ) -> Result<Self> {
-        let solve = Kernel::new(gpu, library, crate::shader_file!("frame/light_grid.wgsl"), &[], &[])?;
+        let absorbing = medium.albedo < 1.0;
+        let defs: &[(&str, u32)] = if absorbing { &[("ABSORBING", 1)] } else { &[] };
+        let light_bytes = if absorbing { 8 } else { 4 };
+        let solve = Kernel::new(gpu, library, crate::shader_file!("frame/light_grid.wgsl"), defs, &[])?;
         let field =
-            Kernel::new(gpu, library, crate::shader_file!("frame/light_field.wgsl"), &[], &[])?;
+            Kernel::new(gpu, library, crate::shader_file!("frame/light_field.wgsl"), defs, &[])?;
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
@@ -114,9 +130,9 @@ impl LightGridPass {
                 buffers::uniform(gpu, "grid stage", &GridStage { level, ..GridStage::zeroed() })
             })
             .collect();
-        let spreads = buffers::storage_with(gpu, "spreads", &spreads.0);
-        let halo = buffers::storage_with(gpu, "halo", &halo.factors);
-        Ok(Self { solve, field, layout, sampler, spreads, halo, stages })
+        let spreads = buffers::storage_with(gpu, "spreads", &medium.spreads.0);
+        let halo = buffers::storage_with(gpu, "halo", &medium.halo.factors);
+        Ok(Self { solve, field, light_bytes, layout, sampler, spreads, halo, stages })
     }
 
     /// Layout of bind group 3 of passes that read the field.
@@ -144,7 +160,7 @@ impl LightGridPass {
         let extinction = buffers::storage(gpu, "grid extinction", cells as usize, word);
         let sun = buffers::storage(gpu, "grid sun", cells as usize, word);
         let light = |label| {
-            buffers::storage(gpu, label, (cells * DIRECTIONS) as usize, LIGHT_BYTES)
+            buffers::storage(gpu, label, (cells * DIRECTIONS) as usize, self.light_bytes)
         };
         let (sources, lights) = (light("grid sources"), light("grid lights"));
         let solve = self
@@ -216,7 +232,7 @@ impl LightGridPass {
         let bytes = particles.size()
             + 3 * matter.size()
             + 2 * lights.size()
-            + texels * LIGHT_BYTES as u64
+            + texels * TEXEL_BYTES
             + rings.as_ref().map_or(0, RingJob::bytes);
         Job {
             size,
@@ -267,11 +283,13 @@ impl LightGridPass {
         let coarsest = inputs.levels.levels.len().saturating_sub(1);
         for (index, level) in inputs.levels.levels.iter().enumerate().rev() {
             let groups = level.size[..3].iter().product::<u32>().div_ceil(WORKGROUP);
+            let longest = level.size[..3].iter().max().copied().unwrap_or(0);
+            let planes = longest.div_ceil(SWEEP_PLANES);
             self.dispatch(pass, job, index, "begin", [groups, DIRECTIONS]);
             self.dispatch(pass, job, index, "sunlight", [1, 1]);
             for _ in 0..inputs.turns[usize::from(index != coarsest)] {
                 self.dispatch(pass, job, index, "scatter", [groups, 1]);
-                self.dispatch(pass, job, index, "sweep", [DIRECTIONS, 1]);
+                self.dispatch(pass, job, index, "sweep", [planes, DIRECTIONS]);
             }
         }
     }
@@ -374,8 +392,9 @@ impl LightGrid {
         let (Some(job), Some(made), Some(eye)) = (&self.job, &self.made, self.seen_from) else {
             return Err(Error::Gpu("the light grid was not made".to_owned()));
         };
-        let words = gpu.read_buffer::<[u32; 2]>(&job.lights, (job.cells * DIRECTIONS) as usize)?;
-        let light = GridLight::from_device(&made.uniforms, &words);
+        let count = (job.cells * DIRECTIONS) as usize;
+        let words = gpu.read_buffer::<u32>(&job.lights, job.lights.size() as usize / 4)?;
+        let light = GridLight::from_device(&made.uniforms, &words, words.len() / count);
         Ok(light.seen_from(DVec3::from_array(eye.map(f64::from))))
     }
 
