@@ -7,7 +7,7 @@
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight}
 #import cumuli::light_field::{halo_row, scattered_light}
-#import cumuli::lighting::{SourceInputs, source_function}
+#import cumuli::lighting::{SourceInputs, mean_sunlight, source_function}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
 #import cumuli::optical_depth::{ChordProfile, chord_fraction, chord_profile}
 #import cumuli::phase::{PhaseParams, phase_between}
@@ -36,7 +36,11 @@ var<private> chord_inverse: array<f32, PENDING>;// 1/m, of the whole chord's len
 var<private> chord_tau: array<f32, PENDING>;    // of the whole chord
 var<private> chord_shape: array<ChordProfile, PENDING>;
 var<private> chord_done: array<f32, PENDING>;   // share of its matter before the cursor
-var<private> chord_source: array<vec3<f32>, PENDING>;
+var<private> chord_rest: array<vec3<f32>, PENDING>;  // source without order 1
+var<private> chord_first: array<vec3<f32>, PENDING>; // order 1 in undimmed sunlight
+var<private> chord_sun: array<f32, PENDING>;         // depth to the sun at chord_begin
+var<private> chord_fade: array<f32, PENDING>;        // 1/m, its change along the ray
+var<private> chord_piece: array<f32, PENDING>;       // optical depth in the piece at hand
 var<private> open: u32;
 
 var<private> cursor: f32;         // m, everything before it is composed
@@ -56,14 +60,21 @@ fn advance(limit: f32) {
             next = min(next, select(chord_end[i], chord_begin[i], chord_begin[i] > cursor));
         }
         var tau = 0.0;
-        var light = vec3(0.0);
         for (var i = 0u; i < open; i++) {
+            chord_piece[i] = 0.0;
             if chord_begin[i] <= cursor {
                 let share = chord_fraction(chord_shape[i], saturate((next - chord_near[i]) * chord_inverse[i]));
-                let piece = chord_tau[i] * max(share - chord_done[i], 0.0);
+                chord_piece[i] = chord_tau[i] * max(share - chord_done[i], 0.0);
                 chord_done[i] = share;
-                tau += piece;
-                light += piece * chord_source[i];
+                tau += chord_piece[i];
+            }
+        }
+        var light = vec3(0.0);
+        for (var i = 0u; i < open; i++) {
+            if chord_piece[i] > 0.0 {
+                let sun = max(chord_sun[i] + chord_fade[i] * (cursor - chord_begin[i]), 0.0);
+                let seen = mean_sunlight(sun, max(chord_fade[i] * (next - cursor), -sun), tau);
+                light += chord_piece[i] * (chord_rest[i] + seen * chord_first[i]);
             }
         }
         let weight = transmittance * mean_transmittance(tau);
@@ -84,7 +95,10 @@ fn advance(limit: f32) {
                 chord_tau[i] = chord_tau[last];
                 chord_shape[i] = chord_shape[last];
                 chord_done[i] = chord_done[last];
-                chord_source[i] = chord_source[last];
+                chord_rest[i] = chord_rest[last];
+                chord_first[i] = chord_first[last];
+                chord_sun[i] = chord_sun[last];
+                chord_fade[i] = chord_fade[last];
             } else {
                 i++;
             }
@@ -172,6 +186,8 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             let t = mix(visible_begin, visible_end, mean_scatter_fraction(visible_tau));
             in.place = (t * dir - particle.centre) / particle.radius;
             let light = lights[index];
+            in.begin = (visible_begin * dir - particle.centre) / particle.radius;
+            in.end = (visible_end * dir - particle.centre) / particle.radius;
             in.sun = frame.sun.xyz;
             in.field = scattered_light(t * dir - frame.grid_shift.xyz);
             in.alone = light.ambient_below.w;
@@ -199,7 +215,10 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             chord_tau[open] = tau;
             chord_shape[open] = profile;
             chord_done[open] = begin_share;
-            chord_source[open] = source;
+            chord_rest[open] = source.rest;
+            chord_first[open] = source.first;
+            chord_sun[open] = source.begin_depth;
+            chord_fade[open] = (source.end_depth - source.begin_depth) / (visible_end - visible_begin);
             open++;
         }
         advance(FAR);

@@ -43,8 +43,19 @@ fn aloneness(optical_radius: f32, others: f32, crowd: f32) -> f32 {
     return share * (1.0 - smoothstep(CROWD_BEGIN, CROWD_END, crowd));
 }
 
+// Sunlight of order 1 fades along a chord with the depth to the sun, which counts as linear between
+// the chord's ends: exp(-depth).
+struct Source {
+    rest: vec3<f32>,       // all but order 1
+    first: vec3<f32>,      // order 1 where the sun is not dimmed
+    begin_depth: f32,      // scaled optical depth to the sun where the chord becomes visible
+    end_depth: f32,        // and where it ends
+}
+
 struct SourceInputs {
-    place: vec3<f32>,      // in radii from the centre, where the light is scattered
+    place: vec3<f32>,      // in radii from the centre, where light is scattered in the mean
+    begin: vec3<f32>,      // in radii from the centre, where the chord becomes visible
+    end: vec3<f32>,        // and where it ends
     sun: vec3<f32>,        // towards the sun
     field: vec3<f32>,      // light grid there: per sun irradiance, per radiance above, all around
     alone: f32,            // of `aloneness`
@@ -59,19 +70,37 @@ struct SourceInputs {
     albedo: f32,
 }
 
-fn source_function(light: ParticleLight, in: SourceInputs) -> vec3<f32> {
-    let front = depth_at(light.sun_front, in.place);
-    let sun_depth = front + in.optical_radius * way_out(in.place, in.sun);
-    let halo = halo_factor(in.halo_row, in.halo_share * (sun_depth + in.view_depth));
-    var sun = in.albedo / in.delta_scale * in.phase * halo * exp(-sun_depth) + in.field.x;
+// Scaled optical depth to the sun from a place in a particle: the others' and its own.
+fn depth_to_sun(light: ParticleLight, in: SourceInputs, place: vec3<f32>) -> f32 {
+    return depth_at(light.sun_front, place) + in.optical_radius * way_out(place, in.sun);
+}
+
+// Mean of exp(-depth) over the light that leaves a piece of optical depth `tau`, where the depth goes
+// from `front` by `change`, linear along the piece. Written so that nothing overflows: the depth at
+// the far end, front + change, is not negative.
+fn mean_sunlight(front: f32, change: f32, tau: f32) -> f32 {
+    let both = tau + change;
+    let peak = exp(-max(select(front, front + both, both < 0.0), 0.0));
+    return peak * mean_transmittance(abs(both)) / mean_transmittance(tau);
+}
+
+fn source_function(light: ParticleLight, in: SourceInputs) -> Source {
+    var source: Source;
+    source.begin_depth = depth_to_sun(light, in, in.begin);
+    source.end_depth = depth_to_sun(light, in, in.end);
+    let path = in.halo_share * (depth_to_sun(light, in, in.place) + in.view_depth);
+    let first = in.albedo / in.delta_scale * in.phase * halo_factor(in.halo_row, path);
+    var sun = in.field.x;
     if in.alone > 0.0 {
         // The table is that of the unscaled medium: opacity of the chord there over that here.
         let visible = in.visible_depth;
         let denser = mean_transmittance(visible / in.delta_scale) / (mean_transmittance(visible) * in.delta_scale);
         let own = (in.scattered.x * in.phase + in.scattered.y) * denser;
-        sun = mix(sun, own * exp(-front), in.alone);
+        sun = mix(sun, own * exp(-depth_at(light.sun_front, in.place)), in.alone);
     }
-    return sun * light.sun_irradiance.rgb
+    source.first = (1.0 - in.alone) * first * light.sun_irradiance.rgb;
+    source.rest = sun * light.sun_irradiance.rgb
         + in.field.y * light.ambient_above.rgb
         + (in.field.z - in.field.y) * light.ambient_below.rgb;
+    return source;
 }

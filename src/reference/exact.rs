@@ -169,8 +169,9 @@ impl<'a> Exact<'a> {
             let place = |t: f64| (ray.at(t) - particle.centre) / particle.radius;
             let visible = particle.optical_depth(ray, begin, end);
             let seen = place(begin + (end - begin) * mean_scatter_fraction(visible));
+            let places = [place(near), place(begin), seen, place(end)];
             let (own, light) = (&self.frame_particles[i as usize], &self.lights[i as usize]);
-            let source = self.inputs.source(own, light, ray.dir, place(near), seen, visible);
+            let source = self.inputs.source(own, light, ray.dir, places, visible);
             Some(Chord { particle, begin, end, source })
         };
         found.iter().filter_map(chord).collect()
@@ -219,15 +220,18 @@ fn compose_piece(
     let step = (to - from) / steps;
     for i in 0..steps as usize {
         let begin = from + step * i as f64;
-        let (mut tau, mut light) = (0.0, DVec3::ZERO);
         let depth = -sum.transmittance.ln();
-        for place in GAUSS {
-            let point = ray.at(begin + step * place);
-            for chord in open {
-                let own = 0.5 * step * chord.particle.extinction_at(point);
-                tau += own;
-                light += own * chord.source.at(halo, depth);
-            }
+        let own = |chord: &Chord<'_>| {
+            let at = GAUSS.map(|place| ray.at(begin + step * place));
+            at.iter().map(|point| 0.5 * step * chord.particle.extinction_at(*point)).sum::<f64>()
+        };
+        let pieces: Vec<f64> = open.iter().map(|chord| own(chord)).collect();
+        let tau: f64 = pieces.iter().sum();
+        let mut light = DVec3::ZERO;
+        for (chord, own) in open.iter().zip(pieces).filter(|(_, own)| *own > 0.0) {
+            let share = |t: f64| (t - chord.begin) / (chord.end - chord.begin);
+            let source = chord.source.with_halo(halo, depth);
+            light += own * source.over(share(begin), share(begin + step), tau);
         }
         if tau <= 0.0 {
             continue;

@@ -33,6 +33,12 @@ pub struct Chord {
 }
 
 impl Chord {
+    /// Mean source over the light that leaves a piece of the ray, of optical depth `tau`.
+    fn source_over(&self, from: f64, to: f64, tau: f64) -> DVec3 {
+        let share = |t: f64| (t - self.begin) / (self.end - self.begin);
+        self.source.over(share(from), share(to), tau)
+    }
+
     /// Share of the whole chord's matter before a distance along the ray.
     fn share(&self, distance: f64) -> f64 {
         self.profile.fraction(((distance - self.near) / self.length) as f32).into()
@@ -114,23 +120,23 @@ impl ChordInputs<'_> {
             length,
             optical_depth,
             profile,
-            source: Source { first: DVec3::ZERO, rest: DVec3::ZERO, sun_depth: 0.0 },
+            source: Source::default(),
         };
         let visible = optical_depth * (chord.share(end) - chord.share(begin));
         let seen = place(begin + (end - begin) * mean_scatter_fraction(visible));
-        chord.source = self.source(particle, light, dir, place(near), seen, visible);
+        let places = [place(near), place(begin), seen, place(end)];
+        chord.source = self.source(particle, light, dir, places, visible);
         Some(chord)
     }
 
-    /// Radiance per unit of opacity along a chord that enters the particle at `entry` and is seen
-    /// at `place` in the mean, both in radii from the centre.
+    /// Radiance per unit of opacity along a chord. Places in radii from the centre: where the chord
+    /// enters the particle, where it becomes visible, where it is seen in the mean, where it ends.
     pub fn source(
         &self,
         particle: &Particle,
         light: &ParticleLight,
         dir: DVec3,
-        entry: DVec3,
-        place: DVec3,
+        [entry, begin, place, end]: [DVec3; 4],
         visible_depth: f64,
     ) -> Source {
         let sun = vector(&self.frame.sun);
@@ -145,6 +151,8 @@ impl ChordInputs<'_> {
         let point = vector(&particle.centre) + place * f64::from(particle.radius);
         let inputs = SourceInputs {
             place,
+            begin,
+            end,
             sun,
             field: self.field.at(point),
             alone,
@@ -170,8 +178,8 @@ impl ChordInputs<'_> {
 
 /// The state of one pixel.
 struct Sweep {
-    // With the share of the chord's matter before the cursor, and its source seen from here.
-    open: Vec<(Chord, f64, DVec3)>,
+    // With the share of the chord's matter before the cursor.
+    open: Vec<(Chord, f64)>,
     cursor: f64,
     radiance: DVec3,
     transmittance: f64,
@@ -206,17 +214,18 @@ impl Sweep {
         while !self.open.is_empty() && self.cursor < limit && self.transmittance > stop {
             let cursor = self.cursor;
             let event = |c: &Chord| if c.begin > cursor { c.begin } else { c.end };
-            let next = self.open.iter().fold(limit, |next, (c, ..)| next.min(event(c)));
-            let (mut tau, mut light) = (0.0, DVec3::ZERO);
-            for (chord, done, source) in self.open.iter_mut().filter(|(c, ..)| c.begin <= cursor) {
+            let next = self.open.iter().fold(limit, |next, (c, _)| next.min(event(c)));
+            let mut pieces = Vec::with_capacity(self.open.len());
+            for (chord, done) in self.open.iter_mut().filter(|(c, _)| c.begin <= cursor) {
                 let share = chord.share(next);
-                let piece = chord.optical_depth * (share - *done).max(0.0);
+                pieces.push((*chord, chord.optical_depth * (share - *done).max(0.0)));
                 *done = share;
-                tau += piece;
-                light += piece * *source;
             }
+            let tau = pieces.iter().map(|(_, piece)| piece).sum();
+            let light =
+                pieces.iter().map(|(c, piece)| *piece * c.source_over(cursor, next, tau)).sum();
             self.add(tau, light, next);
-            self.open.retain(|(chord, ..)| chord.end > next);
+            self.open.retain(|(chord, _)| chord.end > next);
         }
         self.cursor = self.cursor.max(limit);
     }
@@ -229,7 +238,7 @@ pub fn compose(chords: &[Chord], halo: &HaloView<'_>, pending: usize, stop: f64)
     for chord in chords {
         sweep.advance(chord.order, stop);
         if sweep.open.len() == pending {
-            let first_end = sweep.open.iter().fold(f64::INFINITY, |e, (c, ..)| e.min(c.end));
+            let first_end = sweep.open.iter().fold(f64::INFINITY, |e, (c, _)| e.min(c.end));
             sweep.advance(first_end, stop);
         }
         if sweep.transmittance <= stop {
@@ -239,8 +248,8 @@ pub fn compose(chords: &[Chord], halo: &HaloView<'_>, pending: usize, stop: f64)
         let begin = chord.begin.max(sweep.cursor);
         // As the shader: matter that lies behind the cursor is put just before it.
         let end = chord.end.max(begin + 1e-5 * begin.max(1.0));
-        let source = chord.source.at(halo, -sweep.transmittance.ln());
-        sweep.open.push((Chord { begin, end, ..*chord }, done, source));
+        let source = chord.source.with_halo(halo, -sweep.transmittance.ln());
+        sweep.open.push((Chord { begin, end, source, ..*chord }, done));
     }
     sweep.advance(f64::INFINITY, stop);
     sweep.composed()
@@ -266,15 +275,18 @@ pub fn compose_exactly(chords: &[Chord], halo: &HaloView<'_>) -> Composed {
         sweep.cursor = from;
         for step in 1..=STEPS {
             let next = from + (to - from) * f64::from(step) / f64::from(STEPS);
-            let (mut tau, mut light) = (0.0, DVec3::ZERO);
             let depth = -sweep.transmittance.max(f64::MIN_POSITIVE).ln();
+            let mut pieces = Vec::with_capacity(open.len());
             for (chord, done) in &mut open {
                 let share = chord.share(next);
                 let own = chord.optical_depth * (share - *done).max(0.0);
                 *done = share;
-                tau += own;
-                light += own * chord.source.at(halo, depth);
+                let source = chord.source.with_halo(halo, depth);
+                pieces.push((Chord { source, ..**chord }, own));
             }
+            let tau = pieces.iter().map(|(_, own)| own).sum();
+            let from = sweep.cursor;
+            let light = pieces.iter().map(|(c, own)| *own * c.source_over(from, next, tau)).sum();
             sweep.add(tau, light, next);
         }
     }

@@ -38,8 +38,12 @@ pub fn aloneness(optical_radius: f64, others: f64, crowd: f64) -> f64 {
 /// What the source function depends on besides the light.
 #[derive(Clone, Copy, Debug)]
 pub struct SourceInputs {
-    /// Radii from the centre: where the light is scattered.
+    /// Radii from the centre: where light is scattered in the mean.
     pub place: DVec3,
+    /// Radii from the centre: where the chord becomes visible.
+    pub begin: DVec3,
+    /// And where it ends.
+    pub end: DVec3,
     /// Towards the sun.
     pub sun: DVec3,
     /// Light grid there: per sun irradiance, per radiance from above, per radiance all around.
@@ -60,16 +64,24 @@ pub struct SourceInputs {
     pub albedo: f64,
 }
 
-/// Radiance towards the eye per unit of a particle's opacity. The part of order 1 depends on the
-/// depth before the chord: [`Source::at`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Radiance towards the eye per unit of a particle's opacity. Sunlight of order 1 fades along the
+/// chord with the depth to the sun, which counts as linear between the chord's ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Source {
-    /// Order 1, without the halo's factor.
+    /// Order 1 where the sun is not dimmed, without the halo's factor.
     pub first: DVec3,
     /// Everything else.
     pub rest: DVec3,
-    /// Scaled optical depth to the sun.
-    pub sun_depth: f64,
+    /// Scaled optical depth to the sun: where the chord becomes visible, in the mean, at its end.
+    pub sun_depth: [f64; 3],
+}
+
+/// Mean of `exp(-depth)` over the light that leaves a piece of optical depth `tau`, where the depth
+/// goes from `front` by `change`, linear along the piece.
+pub fn mean_sunlight(front: f64, change: f64, tau: f64) -> f64 {
+    let both = tau + change;
+    let peak = (-(if both < 0.0 { front + both } else { front }).max(0.0)).exp();
+    peak * mean_transmittance(both.abs()) / mean_transmittance(tau)
 }
 
 /// The halo for one direction of view.
@@ -84,10 +96,19 @@ pub struct HaloView<'a> {
 }
 
 impl Source {
-    /// The whole, seen through the scaled optical depth `view_depth`.
-    pub fn at(&self, halo: &HaloView<'_>, view_depth: f64) -> DVec3 {
-        let depth = halo.share * (self.sun_depth + view_depth);
-        self.first * halo.halo.factor(halo.half_sine, depth) + self.rest
+    /// The source with the halo of a chord that is seen through the scaled optical depth
+    /// `view_depth`.
+    pub fn with_halo(&self, halo: &HaloView<'_>, view_depth: f64) -> Self {
+        let depth = halo.share * (self.sun_depth[1] + view_depth);
+        Self { first: self.first * halo.halo.factor(halo.half_sine, depth), ..*self }
+    }
+
+    /// Mean over the light that leaves a piece of the chord, from `begin` to `end` as shares of its
+    /// visible length, of optical depth `tau`.
+    pub fn over(&self, begin: f64, end: f64, tau: f64) -> DVec3 {
+        let [from, _, to] = self.sun_depth;
+        let at = |share: f64| (from + (to - from) * share).max(0.0);
+        self.rest + mean_sunlight(at(begin), at(end) - at(begin), tau) * self.first
     }
 }
 
@@ -102,9 +123,11 @@ fn mean_transmittance(tau: f64) -> f64 {
 /// Radiance towards the eye per unit of the particle's opacity.
 pub fn source_function(light: &ParticleLight, inputs: &SourceInputs) -> Source {
     let front = depth_at(light.sun_front, inputs.place);
-    let sun_depth = front + inputs.optical_radius * way_out(inputs.place, inputs.sun);
+    let sun_depth = [inputs.begin, inputs.place, inputs.end].map(|place| {
+        depth_at(light.sun_front, place) + inputs.optical_radius * way_out(place, inputs.sun)
+    });
     let scale = inputs.delta_scale;
-    let first = inputs.albedo / scale * inputs.phase * (-sun_depth).exp();
+    let first = inputs.albedo / scale * inputs.phase;
     let [once, more] = inputs.scattered;
     let visible = inputs.visible_depth;
     // The table is that of the unscaled medium: opacity of the chord there over that here.
@@ -131,6 +154,8 @@ mod tests {
     fn inputs() -> SourceInputs {
         SourceInputs {
             place: DVec3::new(0.2, -0.3, 0.1),
+            begin: DVec3::new(0.2, -0.3, -0.4),
+            end: DVec3::new(0.2, -0.3, 0.4),
             sun: DVec3::Y,
             field: DVec3::new(0.0, 0.4, 1.0),
             alone: 0.0,
@@ -166,6 +191,24 @@ mod tests {
         let expected = (0.8 * 0.07 + 0.1) * -(-i.visible_depth / i.delta_scale).exp_m1();
         assert!((seen - expected).abs() < 1e-14, "{seen} {expected}");
         assert_eq!(source.first, DVec3::ZERO);
+    }
+
+    #[test]
+    fn mean_sunlight_is_the_integral() {
+        for (front, change, tau) in
+            [(0.0, 0.0, 1.0), (2.0, 3.0, 0.5), (5.0, -4.0, 4.0), (6.0, -6.0, 2.0), (3.0, -2.0, 9.0)]
+        {
+            let steps = 20_000;
+            let (mut light, mut all) = (0.0, 0.0);
+            for i in 0..steps {
+                let t = (f64::from(i) + 0.5) / f64::from(steps);
+                light += (-tau * t - front - change * t).exp();
+                all += (-tau * t).exp();
+            }
+            let found = mean_sunlight(front, change, tau);
+            // The midpoint rule is off by (tau + change)^2 / (24 steps^2).
+            assert!((found / (light / all) - 1.0).abs() < 1e-7, "{front} {change} {tau}: {found}");
+        }
     }
 
     #[test]
