@@ -6,8 +6,8 @@
 // Workgroup contract: one workgroup owns one tile of 8x8 pixels, one invocation one pixel; it
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight}
-#import cumuli::light_field::{halo_row, scattered_light}
-#import cumuli::lighting::{SourceInputs, mean_sunlight, source_function}
+#import cumuli::light_field::{halo_factor, halo_row, scattered_light}
+#import cumuli::lighting::{depth_at, mean_sunlight, own_source}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
 #import cumuli::optical_depth::{ChordProfile, chord_fraction, chord_profile}
 #import cumuli::phase::{PhaseParams, phase_between}
@@ -36,10 +36,10 @@ var<private> chord_inverse: array<f32, PENDING>;// 1/m, of the whole chord's len
 var<private> chord_tau: array<f32, PENDING>;    // of the whole chord
 var<private> chord_shape: array<ChordProfile, PENDING>;
 var<private> chord_done: array<f32, PENDING>;   // share of its matter before the cursor
-var<private> chord_rest: array<vec3<f32>, PENDING>;  // source without order 1
-var<private> chord_first: array<vec3<f32>, PENDING>; // order 1 in undimmed sunlight
-var<private> chord_sun: array<f32, PENDING>;         // depth to the sun at chord_begin
-var<private> chord_fade: array<f32, PENDING>;        // 1/m, its change along the ray
+var<private> chord_sun: array<vec3<f32>, PENDING>;   // irradiance there, without the share that is alone
+var<private> chord_above: array<vec3<f32>, PENDING>; // radiance from above
+var<private> chord_below: array<vec3<f32>, PENDING>; // and below
+var<private> chord_own: array<vec3<f32>, PENDING>;   // source of the share that is alone in sunlight
 var<private> chord_piece: array<f32, PENDING>;       // optical depth in the piece at hand
 var<private> open: u32;
 
@@ -47,6 +47,11 @@ var<private> cursor: f32;         // m, everything before it is composed
 var<private> radiance: vec3<f32>;
 var<private> transmittance: f32;
 var<private> distance_sum: f32;   // opacity times distance
+var<private> view: vec3<f32>;     // direction of the ray
+var<private> phase_first: f32;    // source of order 1 in undimmed sunlight, without halo
+var<private> sun_row: f32;        // angle from the sun, for the halo
+var<private> field: vec4<f32>;    // light field at field_at
+var<private> field_at: f32;       // m along the ray
 
 // Composes everything up to `limit`.
 fn advance(limit: f32) {
@@ -70,11 +75,22 @@ fn advance(limit: f32) {
             }
         }
         var light = vec3(0.0);
-        for (var i = 0u; i < open; i++) {
-            if chord_piece[i] > 0.0 {
-                let sun = max(chord_sun[i] + chord_fade[i] * (cursor - chord_begin[i]), 0.0);
-                let seen = mean_sunlight(sun, max(chord_fade[i] * (next - cursor), -sun), tau);
-                light += chord_piece[i] * (chord_rest[i] + seen * chord_first[i]);
+        if tau > 0.0 {
+            if field_at != cursor {
+                field = scattered_light(cursor * view - frame.grid_shift.xyz);
+            }
+            let near_end = field;
+            field = scattered_light(next * view - frame.grid_shift.xyz);
+            field_at = next;
+            let seen = mix(near_end, field, mean_scatter_fraction(tau));
+            let path = frame.halo_share * (seen.w - log(max(transmittance, 1e-30)));
+            let first = phase_first * halo_factor(sun_row, path);
+            let sun = seen.x + first * mean_sunlight(near_end.w, field.w, tau);
+            for (var i = 0u; i < open; i++) {
+                if chord_piece[i] > 0.0 {
+                    light += chord_piece[i] * (chord_own[i] + sun * chord_sun[i]
+                        + seen.y * chord_above[i] + (seen.z - seen.y) * chord_below[i]);
+                }
             }
         }
         let weight = transmittance * mean_transmittance(tau);
@@ -95,10 +111,10 @@ fn advance(limit: f32) {
                 chord_tau[i] = chord_tau[last];
                 chord_shape[i] = chord_shape[last];
                 chord_done[i] = chord_done[last];
-                chord_rest[i] = chord_rest[last];
-                chord_first[i] = chord_first[last];
                 chord_sun[i] = chord_sun[last];
-                chord_fade[i] = chord_fade[last];
+                chord_above[i] = chord_above[last];
+                chord_below[i] = chord_below[last];
+                chord_own[i] = chord_own[last];
             } else {
                 i++;
             }
@@ -137,7 +153,10 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         let dir = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
         let cos_theta = clamp(dot(frame.sun.xyz, dir), -1.0, 1.0);
         let phase_once = phase_between(phase, dir, frame.sun.xyz);
-        let row = halo_row(dir, frame.sun.xyz);
+        view = dir;
+        phase_first = frame.albedo / frame.delta_scale * phase_once;
+        sun_row = halo_row(dir, frame.sun.xyz);
+        field_at = -1.0;
         var far = FAR;
         if frame.has_ground != 0u {
             let ground = ground_distance(dir);
@@ -181,29 +200,17 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             let begin_share = chord_fraction(profile, saturate((visible_begin - near) * inverse));
             let end_share = chord_fraction(profile, saturate((visible_end - near) * inverse));
 
-            var in: SourceInputs;
             let visible_tau = tau * (end_share - begin_share);
-            let t = mix(visible_begin, visible_end, mean_scatter_fraction(visible_tau));
-            in.place = (t * dir - particle.centre) / particle.radius;
             let light = lights[index];
-            in.begin = (visible_begin * dir - particle.centre) / particle.radius;
-            in.end = (visible_end * dir - particle.centre) / particle.radius;
-            in.sun = frame.sun.xyz;
-            in.field = scattered_light(t * dir - frame.grid_shift.xyz);
-            in.alone = light.ambient_below.w;
-            if in.alone > 0.0 {
-                in.scattered = scattering_source(entry_place, dir, frame.sun.xyz, particle.optical_radius / frame.delta_scale);
+            let alone = light.ambient_below.w;
+            var own = 0.0;
+            if alone > 0.0 {
+                let scattered = scattering_source(entry_place, dir, frame.sun.xyz, particle.optical_radius / frame.delta_scale);
+                let t = mix(visible_begin, visible_end, mean_scatter_fraction(visible_tau));
+                let front = depth_at(light.sun_front, (t * dir - particle.centre) / particle.radius);
+                own = alone * own_source(scattered, phase_once, visible_tau, frame.delta_scale) * exp(-front);
                 lookups += 1u;
             }
-            in.phase = phase_once;
-            in.halo_row = row;
-            in.optical_radius = particle.optical_radius;
-            in.visible_depth = visible_tau;
-            in.view_depth = -log(transmittance);
-            in.delta_scale = frame.delta_scale;
-            in.halo_share = frame.halo_share;
-            in.albedo = frame.albedo;
-            let source = source_function(light, in);
             lookups += 2u;
 
             chord_begin[open] = max(visible_begin, cursor);
@@ -215,10 +222,10 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             chord_tau[open] = tau;
             chord_shape[open] = profile;
             chord_done[open] = begin_share;
-            chord_rest[open] = source.rest;
-            chord_first[open] = source.first;
-            chord_sun[open] = source.begin_depth;
-            chord_fade[open] = (source.end_depth - source.begin_depth) / (visible_end - visible_begin);
+            chord_sun[open] = (1.0 - alone) * light.sun_irradiance.rgb;
+            chord_above[open] = light.ambient_above.rgb;
+            chord_below[open] = light.ambient_below.rgb;
+            chord_own[open] = own * light.sun_irradiance.rgb;
             open++;
         }
         advance(FAR);

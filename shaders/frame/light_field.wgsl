@@ -6,17 +6,19 @@
 
 @group(0) @binding(0) var<uniform> eye: GridEye;
 @group(0) @binding(1) var<uniform> grid: LightGridUniforms;
-@group(0) @binding(2) var<storage, read> extinction: array<f32>;   // 1/m
+@group(0) @binding(2) var<storage, read> sun_transmittance: array<f32>;
 #ifdef ABSORBING
 @group(0) @binding(3) var<storage, read> lights: array<vec2<u32>>; // [direction][cell]
 #else
 @group(0) @binding(3) var<storage, read> lights: array<u32>;       // [direction][cell]
 #endif
-@group(0) @binding(4) var field: texture_storage_3d<rgba16float, write>; // light; a: matter, 1 is grid.densest
+@group(0) @binding(4) var field: texture_storage_3d<rgba16float, write>; // light; a: optical depth to the sun
 
 // Distance from the eye, in cells, within which the direction to it is not that of the cell's
 // centre alone.
 const NEAR: f32 = 1.0;
+// Optical depth beyond which the sun is not there.
+const DEEPEST: f32 = 80.0;
 
 @compute @workgroup_size(64)
 fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -38,8 +40,7 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
         let weight = grid_phase(moments, -dot(grid_direction(d), view)) / 12.0;
         sum += weight * unpack_light(lights[d * grid.cells + index]);
     }
-    // Below the largest number an f16 holds.
-    let matter = min(extinction[index] / grid.densest, 6e4);
+    let depth = min(-log(max(sun_transmittance[index], 1e-37)), DEEPEST);
     let slice = grid.level[id.y].low.w;
-    textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), matter));
+    textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), depth));
 }

@@ -2,12 +2,14 @@
 // Twin: src/frame/cpu/light_grid.rs.
 #define_import_path cumuli::light_field
 
-#import cumuli::light_grid_data::{GridLevel, LightGridUniforms}
+#import cumuli::light_grid_data::{GridLevel, LightGridUniforms, grid_index}
 
 @group(3) @binding(0) var<uniform> light_grid: LightGridUniforms;
 @group(3) @binding(1) var light_field: texture_3d<f32>;
 @group(3) @binding(2) var light_field_sampler: sampler;
 @group(3) @binding(3) var<storage, read> halo_factors: array<f32>; // rows of HALO_COLUMNS
+
+@group(3) @binding(4) var<storage, read> grid_matter: array<f32>;  // 1/m, extinction of every cell
 
 // As in src/medium/halo.rs.
 const HALO_ROWS: f32 = 96.0;
@@ -53,16 +55,16 @@ fn level_light(level: GridLevel, point: vec3<f32>) -> vec4<f32> {
 }
 
 // Point relative to the grid's anchor. x: per unit of sun irradiance, y: per radiance from above,
-// z: per radiance from all sides.
-fn scattered_light(point: vec3<f32>) -> vec3<f32> {
-    var sum = vec3(0.0);
+// z: per radiance from all sides, w: scaled optical depth to the sun.
+fn scattered_light(point: vec3<f32>) -> vec4<f32> {
+    var sum = vec4(0.0);
     var left = 1.0;
     let last = light_grid.levels - 1u;
     for (var l = 0u; l <= last; l++) {
         let level = light_grid.level[l];
         let weight = select(level_weight(level, point), 1.0, l == last);
         if weight > 0.0 {
-            sum += left * weight * level_light(level, point).xyz;
+            sum += left * weight * level_light(level, point);
             left *= 1.0 - weight;
             if left <= 0.0 {
                 break;
@@ -72,16 +74,20 @@ fn scattered_light(point: vec3<f32>) -> vec3<f32> {
     return sum;
 }
 
+// The finest level that holds a point.
+fn level_of(point: vec3<f32>) -> u32 {
+    var chosen = 0u;
+    while chosen + 1u < light_grid.levels && level_weight(light_grid.level[chosen], point) <= 0.0 {
+        chosen++;
+    }
+    return chosen;
+}
+
 // Extinction of all matter around a point (1/m) over that of one particle if it were alone there: its
 // extinction times volume (m^2) spread over its ball (m) or over a cell, whichever is larger.
 fn crowding(point: vec3<f32>, mass: f32, ball: f32) -> f32 {
-    var chosen = light_grid.levels - 1u;
-    for (var l = 0u; l < chosen; l++) {
-        if level_weight(light_grid.level[l], point) > 0.0 {
-            chosen = l;
-        }
-    }
-    let level = light_grid.level[chosen];
+    let level = light_grid.level[level_of(point)];
     let own = mass / max(4.18879 * ball * ball * ball, level.cell.x * level.cell.y * level.cell.z);
-    return level_light(level, point).w * light_grid.densest / max(own, 1e-30);
+    let at = clamp((point - level.low.xyz) / level.cell.xyz, vec3(0.0), vec3<f32>(level.size.xyz) - 1.0);
+    return grid_matter[grid_index(level, vec3<u32>(at))] / max(own, 1e-30);
 }

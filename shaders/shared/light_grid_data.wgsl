@@ -23,7 +23,7 @@ struct LightGridUniforms {
     albedo: f32,          // scaled
     quantum: f32,         // 1/m: extinction of one count of `matter`
     spreads: u32,         // entries of `spread`
-    densest: f32,         // 1/m, extinction of the densest particle: unit of the field's matter
+    padding_a: u32,
     level: array<GridLevel, 10>,
 }
 

@@ -243,8 +243,8 @@ gpu_struct! {
         quantum: f32,
         /// Entries of the table of spreads.
         spreads: u32,
-        /// 1/m, extinction of the densest particle.
-        densest: f32,
+        /// Unused.
+        padding_a: u32,
         /// The levels.
         level: [GridLevel; GRID_LEVELS],
     }

@@ -143,7 +143,6 @@ impl GridInputs {
         uniforms.quantum =
             (f64::from(densest).max(1e-30) * overlaps.min(MOST_OVERLAPS) / 2.0_f64.powi(31)) as f32;
         uniforms.spreads = shapes.count();
-        uniforms.densest = densest.max(1e-30);
         for (slot, level) in uniforms.level.iter_mut().zip(&levels.levels).take(GRID_LEVELS) {
             *slot = *level;
         }

@@ -89,6 +89,11 @@ impl LightGridPass {
             ty,
             count: None,
         };
+        let read_only = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: true },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
         let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("light field"),
             entries: &[
@@ -109,14 +114,8 @@ impl LightGridPass {
                     },
                 ),
                 entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-                entry(
-                    3,
-                    wgpu::BindingType::Buffer {
-                        ty: wgpu::BufferBindingType::Storage { read_only: true },
-                        has_dynamic_offset: false,
-                        min_binding_size: None,
-                    },
-                ),
+                entry(3, read_only),
+                entry(4, read_only),
             ],
         });
         let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
@@ -204,7 +203,7 @@ impl LightGridPass {
             &[
                 eye.as_entire_binding(),
                 uniforms.as_entire_binding(),
-                extinction.as_entire_binding(),
+                sun.as_entire_binding(),
                 lights.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&view),
             ],
@@ -223,6 +222,7 @@ impl LightGridPass {
                     resource: wgpu::BindingResource::Sampler(&self.sampler),
                 },
                 wgpu::BindGroupEntry { binding: 3, resource: self.halo.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 4, resource: extinction.as_entire_binding() },
             ],
         });
         let rings =
