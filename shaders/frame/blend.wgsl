@@ -7,7 +7,7 @@
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight}
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
-#import cumuli::lighting::{depth_at, mean_sunlight, own_source}
+#import cumuli::lighting::{depth_at, mean_sunlight, own_source, way_out}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
 #import cumuli::optical_depth::{ChordProfile, chord_fraction, chord_profile}
 #import cumuli::phase::{PhaseParams, phase_between}
@@ -39,6 +39,8 @@ var<private> chord_done: array<f32, PENDING>;   // share of its matter before th
 var<private> chord_sun: array<vec3<f32>, PENDING>;   // irradiance there, without the share that is alone
 var<private> chord_above: array<vec3<f32>, PENDING>; // radiance from above
 var<private> chord_below: array<vec3<f32>, PENDING>; // and below
+var<private> chord_depth: array<f32, PENDING>;       // scaled optical depth to the sun at chord_begin
+var<private> chord_fade: array<f32, PENDING>;        // 1/m, its change along the ray
 var<private> chord_own: array<vec3<f32>, PENDING>;   // source of the share that is alone in sunlight
 var<private> chord_piece: array<f32, PENDING>;       // optical depth in the piece at hand
 var<private> open: u32;
@@ -85,9 +87,11 @@ fn advance(limit: f32) {
             let seen = mix(near_end, field, mean_scatter_fraction(tau));
             let path = frame.halo_share * (seen.w - log(max(transmittance, 1e-30)));
             let first = phase_first * halo_factor(sun_row, path);
-            let sun = seen.x + first * mean_sunlight(near_end.w, field.w, tau);
             for (var i = 0u; i < open; i++) {
                 if chord_piece[i] > 0.0 {
+                    let front = max(chord_depth[i] + chord_fade[i] * (cursor - chord_begin[i]), 0.0);
+                    let back = max(chord_depth[i] + chord_fade[i] * (next - chord_begin[i]), 0.0);
+                    let sun = seen.x + first * mean_sunlight(front, back, tau);
                     light += chord_piece[i] * (chord_own[i] + sun * chord_sun[i]
                         + seen.y * chord_above[i] + (seen.z - seen.y) * chord_below[i]);
                 }
@@ -114,6 +118,8 @@ fn advance(limit: f32) {
                 chord_sun[i] = chord_sun[last];
                 chord_above[i] = chord_above[last];
                 chord_below[i] = chord_below[last];
+                chord_depth[i] = chord_depth[last];
+                chord_fade[i] = chord_fade[last];
                 chord_own[i] = chord_own[last];
             } else {
                 i++;
@@ -226,6 +232,12 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             chord_above[open] = light.ambient_above.rgb;
             chord_below[open] = light.ambient_below.rgb;
             chord_own[open] = own * light.sun_irradiance.rgb;
+            let begin_place = (visible_begin * dir - particle.centre) / particle.radius;
+            let end_place = (visible_end * dir - particle.centre) / particle.radius;
+            let begin_depth = depth_at(light.sun_front, begin_place) + particle.optical_radius * way_out(begin_place, frame.sun.xyz);
+            let end_depth = depth_at(light.sun_front, end_place) + particle.optical_radius * way_out(end_place, frame.sun.xyz);
+            chord_depth[open] = begin_depth;
+            chord_fade[open] = (end_depth - begin_depth) / (visible_end - visible_begin);
             open++;
         }
         advance(FAR);

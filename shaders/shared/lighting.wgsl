@@ -29,6 +29,12 @@ fn depth_at(affine: vec4<f32>, place: vec3<f32>) -> f32 {
     return max(affine.x + dot(affine.yzw, place), 0.0);
 }
 
+// Distance, in radii, from a place in the unit sphere to its surface along a direction.
+fn way_out(place: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let along = dot(place, direction);
+    return max(sqrt(max(along * along + 1.0 - dot(place, place), 0.0)) - along, 0.0);
+}
+
 // How much of a particle's sunlight its own table tells: 0 among others, 1 alone. `others`: optical
 // depth of the others on the sun's ray through its middle; `crowd`: matter around it over its own.
 fn aloneness(optical_radius: f32, others: f32, crowd: f32) -> f32 {

@@ -9,7 +9,7 @@ use super::particles::{ParticleGrid, WorldParticle};
 use super::world::Densities;
 use crate::Result;
 use crate::frame::cpu::blend::{ChordInputs, Composed, mean_scatter_fraction};
-use crate::frame::cpu::lighting::{HaloView, Source};
+use crate::frame::cpu::lighting::{ChordLight, RayLight};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::gpu_data::{Particle, ParticleLight};
 use crate::frame::population::Shapes;
@@ -55,7 +55,7 @@ struct Chord<'a> {
     particle: &'a WorldParticle,
     begin: f64,
     end: f64,
-    source: Source,
+    light: ChordLight,
 }
 
 /// Light of the air and its transmittance at some distances of a ray, interpolated.
@@ -171,8 +171,8 @@ impl<'a> Exact<'a> {
             let seen = place(begin + (end - begin) * mean_scatter_fraction(visible));
             let places = [place(near), place(begin), seen, place(end)];
             let (own, light) = (&self.frame_particles[i as usize], &self.lights[i as usize]);
-            let source = self.inputs.source(own, light, ray.dir, places, visible);
-            Some(Chord { particle, begin, end, source })
+            let light = self.inputs.light(own, light, ray.dir, places, visible);
+            Some(Chord { particle, begin, end, light })
         };
         found.iter().filter_map(chord).collect()
     }
@@ -181,7 +181,7 @@ impl<'a> Exact<'a> {
     pub fn clouds(&self, dir: DVec3, far: f64) -> Composed {
         let ray = Ray { origin: DVec3::ZERO, dir };
         let chords = self.chords(&ray, far);
-        let halo = self.inputs.halo_view(dir);
+        let lit = self.inputs.ray(dir);
         let mut events: Vec<f64> = chords.iter().flat_map(|c| [c.begin, c.end]).collect();
         events.sort_by(f64::total_cmp);
         let mut sum = Composed { radiance: DVec3::ZERO, transmittance: 1.0, distance: 0.0 };
@@ -192,7 +192,7 @@ impl<'a> Exact<'a> {
             let open: Vec<_> =
                 chords.iter().filter(|c| c.begin <= from && c.end >= to && to > from).collect();
             if !open.is_empty() && sum.transmittance > OPAQUE {
-                compose_piece(&ray, &open, [from, to], air.as_ref(), &halo, &mut sum);
+                compose_piece(&ray, &open, [from, to], air.as_ref(), &lit, &mut sum);
             }
         }
         let opacity = 1.0 - sum.transmittance;
@@ -209,7 +209,7 @@ fn compose_piece(
     open: &[&Chord<'_>],
     [from, to]: [f64; 2],
     air: Option<&AirAlong>,
-    halo: &HaloView<'_>,
+    lit: &RayLight<'_>,
     sum: &mut Composed,
 ) {
     let finest = open
@@ -227,11 +227,12 @@ fn compose_piece(
         };
         let pieces: Vec<f64> = open.iter().map(|chord| own(chord)).collect();
         let tau: f64 = pieces.iter().sum();
+        let seen = mean_scatter_fraction(tau);
+        let piece = lit.piece(begin, begin + step, tau, seen, depth);
         let mut light = DVec3::ZERO;
         for (chord, own) in open.iter().zip(pieces).filter(|(_, own)| *own > 0.0) {
             let share = |t: f64| (t - chord.begin) / (chord.end - chord.begin);
-            let source = chord.source.with_halo(halo, depth);
-            light += own * source.over(share(begin), share(begin + step), tau);
+            light += own * piece.source(&chord.light, share(begin), share(begin + step));
         }
         if tau <= 0.0 {
             continue;

@@ -5,7 +5,7 @@
 use glam::{DQuat, DVec3};
 
 use super::light_grid::FieldSeen;
-use super::lighting::{HaloView, Source, SourceInputs, source_function};
+use super::lighting::{ChordLight, ChordPlaces, PieceLight, RayLight, own_source};
 use crate::frame::gpu_data::{FrameUniforms, Particle, ParticleLight};
 use crate::medium::{Halo, PreparedPhase};
 use crate::tables::optical_depth::ChordProfile;
@@ -28,15 +28,15 @@ pub struct Chord {
     pub optical_depth: f64,
     /// Where its matter lies.
     pub profile: ChordProfile,
-    /// Radiance per unit of opacity.
-    pub source: Source,
+    /// What lights it.
+    pub light: ChordLight,
 }
 
 impl Chord {
-    /// Mean source over the light that leaves a piece of the ray, of optical depth `tau`.
-    fn source_over(&self, from: f64, to: f64, tau: f64) -> DVec3 {
+    /// Source on a piece of the ray.
+    fn source(&self, piece: &PieceLight, from: f64, to: f64) -> DVec3 {
         let share = |t: f64| (t - self.begin) / (self.end - self.begin);
-        self.source.over(share(from), share(to), tau)
+        piece.source(&self.light, share(from), share(to))
     }
 
     /// Share of the whole chord's matter before a distance along the ray.
@@ -120,58 +120,47 @@ impl ChordInputs<'_> {
             length,
             optical_depth,
             profile,
-            source: Source::default(),
+            light: ChordLight::default(),
         };
         let visible = optical_depth * (chord.share(end) - chord.share(begin));
-        let seen = place(begin + (end - begin) * mean_scatter_fraction(visible));
-        let places = [place(near), place(begin), seen, place(end)];
-        chord.source = self.source(particle, light, dir, places, visible);
+        let places = [near, begin, begin + (end - begin) * mean_scatter_fraction(visible), end];
+        chord.light = self.light(particle, light, dir, places.map(place), visible);
         Some(chord)
     }
 
-    /// Radiance per unit of opacity along a chord. Places in radii from the centre: where the chord
-    /// enters the particle, where it becomes visible, where it is seen in the mean, where it ends.
-    pub fn source(
+    /// What lights a chord of visible optical depth `visible`. Places in radii from the centre: where
+    /// the chord enters the particle, where it becomes visible, where it is seen in the mean, where
+    /// it ends.
+    pub fn light(
         &self,
         particle: &Particle,
         light: &ParticleLight,
         dir: DVec3,
-        [entry, begin, place, end]: [DVec3; 4],
-        visible_depth: f64,
-    ) -> Source {
+        [entry, begin, mean, end]: [DVec3; 4],
+        visible: f64,
+    ) -> ChordLight {
         let sun = vector(&self.frame.sun);
         let optical_radius = f64::from(particle.optical_radius);
-        let delta_scale = f64::from(self.frame.delta_scale);
-        let alone = f64::from(light.ambient_below[3]);
-        let scattered = if alone > 0.0 {
-            self.scattering.lookup(entry, dir, sun, optical_radius / delta_scale)
-        } else {
-            [0.0; 2]
-        };
-        let point = vector(&particle.centre) + place * f64::from(particle.radius);
-        let inputs = SourceInputs {
-            place,
-            begin,
-            end,
-            sun,
-            field: self.field.at(point),
-            alone,
-            scattered,
-            phase: self.phase.eval(sun.dot(dir)),
-            optical_radius,
-            visible_depth,
-            delta_scale,
-            albedo: self.frame.albedo.into(),
-        };
-        source_function(light, &inputs)
+        let mut own = 0.0;
+        if light.ambient_below[3] > 0.0 {
+            let scale = f64::from(self.frame.delta_scale);
+            let scattered = self.scattering.lookup(entry, dir, sun, optical_radius / scale);
+            own = own_source(scattered, self.phase.eval(sun.dot(dir)), visible, scale);
+        }
+        ChordLight::new(light, &ChordPlaces { begin, mean, end, sun, optical_radius }, own)
     }
 
-    /// The halo for a direction of view.
-    pub fn halo_view(&self, dir: DVec3) -> HaloView<'_> {
-        HaloView {
+    /// What all chords of a ray share.
+    pub fn ray(&self, dir: DVec3) -> RayLight<'_> {
+        let sun = vector(&self.frame.sun);
+        let scale = f64::from(self.frame.delta_scale);
+        RayLight {
+            field: self.field,
             halo: self.halo,
-            half_sine: 0.5 * (dir - vector(&self.frame.sun)).length(),
-            share: self.frame.halo_share.into(),
+            dir,
+            half_sine: 0.5 * (dir - sun).length(),
+            halo_share: self.frame.halo_share.into(),
+            first: f64::from(self.frame.albedo) / scale * self.phase.eval(sun.dot(dir)),
         }
     }
 }
@@ -192,6 +181,12 @@ impl Sweep {
         Self { open: Vec::new(), cursor: 0.0, radiance, transmittance, distance_sum: 0.0 }
     }
 
+    /// Light of the piece from the cursor on.
+    fn piece(&self, ray: &RayLight<'_>, next: f64, tau: f64) -> PieceLight {
+        let depth = -self.transmittance.max(1e-30).ln();
+        ray.piece(self.cursor, next, tau, mean_scatter_fraction(tau), depth)
+    }
+
     /// Adds a piece of the ray from the cursor on.
     fn add(&mut self, tau: f64, light: DVec3, next: f64) {
         let opacity = -(-tau).exp_m1();
@@ -210,7 +205,7 @@ impl Sweep {
         Composed { radiance: self.radiance, transmittance: self.transmittance, distance }
     }
 
-    fn advance(&mut self, limit: f64, stop: f64) {
+    fn advance(&mut self, ray: &RayLight<'_>, limit: f64, stop: f64) {
         while !self.open.is_empty() && self.cursor < limit && self.transmittance > stop {
             let cursor = self.cursor;
             let event = |c: &Chord| if c.begin > cursor { c.begin } else { c.end };
@@ -222,8 +217,8 @@ impl Sweep {
                 *done = share;
             }
             let tau = pieces.iter().map(|(_, piece)| piece).sum();
-            let light =
-                pieces.iter().map(|(c, piece)| *piece * c.source_over(cursor, next, tau)).sum();
+            let lit = self.piece(ray, next, tau);
+            let light = pieces.iter().map(|(c, own)| *own * c.source(&lit, cursor, next)).sum();
             self.add(tau, light, next);
             self.open.retain(|(chord, _)| chord.end > next);
         }
@@ -233,13 +228,13 @@ impl Sweep {
 
 /// Composes chords in the order of the list with at most `pending` open at a time; a pixel is
 /// finished below the transmittance `stop`.
-pub fn compose(chords: &[Chord], halo: &HaloView<'_>, pending: usize, stop: f64) -> Composed {
+pub fn compose(chords: &[Chord], ray: &RayLight<'_>, pending: usize, stop: f64) -> Composed {
     let mut sweep = Sweep::new();
     for chord in chords {
-        sweep.advance(chord.order, stop);
+        sweep.advance(ray, chord.order, stop);
         if sweep.open.len() == pending {
             let first_end = sweep.open.iter().fold(f64::INFINITY, |e, (c, _)| e.min(c.end));
-            sweep.advance(first_end, stop);
+            sweep.advance(ray, first_end, stop);
         }
         if sweep.transmittance <= stop {
             break;
@@ -248,10 +243,9 @@ pub fn compose(chords: &[Chord], halo: &HaloView<'_>, pending: usize, stop: f64)
         let begin = chord.begin.max(sweep.cursor);
         // As the shader: matter that lies behind the cursor is put just before it.
         let end = chord.end.max(begin + 1e-5 * begin.max(1.0));
-        let source = chord.source.with_halo(halo, -sweep.transmittance.ln());
-        sweep.open.push((Chord { begin, end, source, ..*chord }, done));
+        sweep.open.push((Chord { begin, end, ..*chord }, done));
     }
-    sweep.advance(f64::INFINITY, stop);
+    sweep.advance(ray, f64::INFINITY, stop);
     sweep.composed()
 }
 
@@ -261,7 +255,7 @@ pub fn compose(chords: &[Chord], halo: &HaloView<'_>, pending: usize, stop: f64)
 const STEPS: u32 = 32;
 
 /// Composes all chords, in small steps of every piece between two events, to the end.
-pub fn compose_exactly(chords: &[Chord], halo: &HaloView<'_>) -> Composed {
+pub fn compose_exactly(chords: &[Chord], ray: &RayLight<'_>) -> Composed {
     let mut events: Vec<f64> = chords.iter().flat_map(|c| [c.begin, c.end]).collect();
     events.sort_by(f64::total_cmp);
     let mut sweep = Sweep::new();
@@ -275,18 +269,17 @@ pub fn compose_exactly(chords: &[Chord], halo: &HaloView<'_>) -> Composed {
         sweep.cursor = from;
         for step in 1..=STEPS {
             let next = from + (to - from) * f64::from(step) / f64::from(STEPS);
-            let depth = -sweep.transmittance.max(f64::MIN_POSITIVE).ln();
             let mut pieces = Vec::with_capacity(open.len());
             for (chord, done) in &mut open {
                 let share = chord.share(next);
                 let own = chord.optical_depth * (share - *done).max(0.0);
                 *done = share;
-                let source = chord.source.with_halo(halo, depth);
-                pieces.push((Chord { source, ..**chord }, own));
+                pieces.push((**chord, own));
             }
             let tau = pieces.iter().map(|(_, own)| own).sum();
             let from = sweep.cursor;
-            let light = pieces.iter().map(|(c, own)| *own * c.source_over(from, next, tau)).sum();
+            let lit = sweep.piece(ray, next, tau);
+            let light = pieces.iter().map(|(c, own)| *own * c.source(&lit, from, next)).sum();
             sweep.add(tau, light, next);
         }
     }

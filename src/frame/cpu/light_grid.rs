@@ -18,7 +18,7 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 use half::f16;
 
 use crate::frame::gpu_data::{GridLevel, LightGridUniforms, Particle};
@@ -157,7 +157,12 @@ pub struct GridLight {
 
 impl GridLight {
     /// The light as a device made it: `words` are its packed lights, one or two for each.
-    pub fn from_device(uniforms: &LightGridUniforms, words: &[u32], packed: usize) -> Self {
+    pub fn from_device(
+        uniforms: &LightGridUniforms,
+        words: &[u32],
+        packed: usize,
+        sun: &[f32],
+    ) -> Self {
         let half = |bits: u32| f16::from_bits(bits as u16).to_f64();
         let light = |w: &[u32]| {
             DVec3::new(half(w[0]), half(w[0] >> 16), w.get(1).map_or(1.0, |sum| half(*sum)))
@@ -166,7 +171,7 @@ impl GridLight {
         Self {
             uniforms: *uniforms,
             extinction: Vec::new(),
-            sun: Vec::new(),
+            sun: sun.iter().map(|t| f64::from(*t)).collect(),
             lights,
             sources: Vec::new(),
         }
@@ -421,7 +426,7 @@ impl GridLight {
     /// What the cells send towards an eye at a point relative to the anchor.
     pub fn seen_from(&self, eye: DVec3) -> FieldSeen {
         let all = self.uniforms.cells as usize;
-        let mut field = vec![DVec3::ZERO; all];
+        let mut field = vec![DVec4::ZERO; all];
         for l in 0..self.levels() {
             let level = self.level(l);
             for cell in cells(&level) {
@@ -439,7 +444,8 @@ impl GridLight {
                         weight * self.lights[d * all + at]
                     })
                     .sum();
-                field[at] = f64::from(self.uniforms.albedo) * sum.max(DVec3::ZERO);
+                let depth = (-self.sun[at].max(1e-37).ln()).min(DEEPEST);
+                field[at] = (f64::from(self.uniforms.albedo) * sum.max(DVec3::ZERO)).extend(depth);
             }
         }
         FieldSeen { uniforms: self.uniforms, field, eye }
@@ -450,18 +456,20 @@ impl GridLight {
 #[derive(Clone, Debug)]
 pub struct FieldSeen {
     uniforms: LightGridUniforms,
-    field: Vec<CellLight>,
+    field: Vec<DVec4>,
     eye: DVec3,
 }
 
+/// Optical depth beyond which the sun is not there.
+const DEEPEST: f64 = 80.0;
 /// Cells at the border of a level over which it fades into the coarser one.
 const FADE_CELLS: f64 = 3.0;
 
 impl FieldSeen {
-    /// At a point relative to the eye.
-    pub fn at(&self, point: DVec3) -> CellLight {
+    /// At a point relative to the eye: light of the three kinds, and scaled optical depth to the sun.
+    pub fn at(&self, point: DVec3) -> DVec4 {
         let point = point + self.eye;
-        let (mut sum, mut left) = (DVec3::ZERO, 1.0);
+        let (mut sum, mut left) = (DVec4::ZERO, 1.0);
         let last = self.uniforms.levels as usize - 1;
         for l in 0..=last {
             let level = self.uniforms.level[l];
@@ -475,7 +483,7 @@ impl FieldSeen {
             let weight = if l == last { 1.0 } else { (margin / FADE_CELLS).clamp(0.0, 1.0) };
             if weight > 0.0 {
                 let held = low(&level) + at.clamp(DVec3::splat(0.5), size - 0.5) * side(&level);
-                let light: DVec3 = corners(&level, held).map_or(DVec3::ZERO, |corners| {
+                let light: DVec4 = corners(&level, held).map_or(DVec4::ZERO, |corners| {
                     corners.iter().map(|(c, w)| *w * self.field[index(&level, *c)]).sum()
                 });
                 sum += left * weight * light;

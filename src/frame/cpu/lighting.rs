@@ -1,8 +1,8 @@
-//! The source function of a particle: twin of `shaders/shared/lighting.wgsl`, where the model is
-//! told.
+//! Light of a piece of a ray: twin of `shaders/shared/lighting.wgsl`, where the model is told.
 
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
+use super::light_grid::FieldSeen;
 use crate::frame::gpu_data::ParticleLight;
 use crate::medium::Halo;
 
@@ -35,179 +35,171 @@ pub fn aloneness(optical_radius: f64, others: f64, crowd: f64) -> f64 {
     smooth(own / (own + others).max(1e-20), ALONE) * (1.0 - smooth(crowd, CROWD))
 }
 
-/// What the source function depends on besides the light.
-#[derive(Clone, Copy, Debug)]
-pub struct SourceInputs {
-    /// Radii from the centre: where light is scattered in the mean.
-    pub place: DVec3,
-    /// Radii from the centre: where the chord becomes visible.
-    pub begin: DVec3,
-    /// And where it ends.
-    pub end: DVec3,
-    /// Towards the sun.
-    pub sun: DVec3,
-    /// Light grid there: per sun irradiance, per radiance from above, per radiance all around.
-    pub field: DVec3,
-    /// Of [`aloneness`].
-    pub alone: f64,
-    /// Of the particle's table: order 1 without phase function, orders >= 2.
-    pub scattered: [f64; 2],
-    /// Phase function from sun to eye, 1/sr.
-    pub phase: f64,
-    /// Scaled, of the particle.
-    pub optical_radius: f64,
-    /// Scaled, of the chord's visible part.
-    pub visible_depth: f64,
-    /// Extinction over the true one.
-    pub delta_scale: f64,
-    /// Single-scattering albedo.
-    pub albedo: f64,
+fn mean_transmittance(tau: f64) -> f64 {
+    if tau > 0.0 { -(-tau).exp_m1() / tau } else { 1.0 }
 }
 
-/// Radiance towards the eye per unit of a particle's opacity. Sunlight of order 1 fades along the
-/// chord with the depth to the sun, which counts as linear between the chord's ends.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Source {
-    /// Order 1 where the sun is not dimmed, without the halo's factor.
-    pub first: DVec3,
-    /// Everything else.
-    pub rest: DVec3,
-    /// Scaled optical depth to the sun: where the chord becomes visible, in the mean, at its end.
-    pub sun_depth: [f64; 3],
+/// Source of a particle alone in sunlight, per unit of its opacity in the scaled medium.
+/// `scattered`: its table's order 1 without phase function, and orders >= 2; `visible`: scaled
+/// optical depth of the chord's visible part.
+pub fn own_source([once, more]: [f64; 2], phase: f64, visible: f64, delta_scale: f64) -> f64 {
+    let denser =
+        mean_transmittance(visible / delta_scale) / (mean_transmittance(visible) * delta_scale);
+    (once * phase + more) * denser
 }
 
 /// Mean of `exp(-depth)` over the light that leaves a piece of optical depth `tau`, where the depth
-/// goes from `front` by `change`, linear along the piece.
-pub fn mean_sunlight(front: f64, change: f64, tau: f64) -> f64 {
-    let both = tau + change;
-    let peak = (-(if both < 0.0 { front + both } else { front }).max(0.0)).exp();
+/// goes from `front` to `back`, linear along the piece.
+pub fn mean_sunlight(front: f64, back: f64, tau: f64) -> f64 {
+    let both = tau + back - front;
+    let peak = (-(if both < 0.0 { back + tau } else { front })).exp();
     peak * mean_transmittance(both.abs()) / mean_transmittance(tau)
-}
-
-/// The halo for one direction of view.
-#[derive(Clone, Copy, Debug)]
-pub struct HaloView<'a> {
-    /// Its table.
-    pub halo: &'a Halo,
-    /// Sine of half the angle between view and sun.
-    pub half_sine: f64,
-    /// Optical depth of peak scatterings per scaled one.
-    pub share: f64,
-}
-
-impl Source {
-    /// The source with the halo of a chord that is seen through the scaled optical depth
-    /// `view_depth`.
-    pub fn with_halo(&self, halo: &HaloView<'_>, view_depth: f64) -> Self {
-        let depth = halo.share * (self.sun_depth[1] + view_depth);
-        Self { first: self.first * halo.halo.factor(halo.half_sine, depth), ..*self }
-    }
-
-    /// Mean over the light that leaves a piece of the chord, from `begin` to `end` as shares of its
-    /// visible length, of optical depth `tau`.
-    pub fn over(&self, begin: f64, end: f64, tau: f64) -> DVec3 {
-        let [from, _, to] = self.sun_depth;
-        let at = |share: f64| (from + (to - from) * share).max(0.0);
-        self.rest + mean_sunlight(at(begin), at(end) - at(begin), tau) * self.first
-    }
 }
 
 fn colour([r, g, b, _]: [f32; 4]) -> DVec3 {
     DVec3::new(r.into(), g.into(), b.into())
 }
 
-fn mean_transmittance(tau: f64) -> f64 {
-    if tau > 0.0 { -(-tau).exp_m1() / tau } else { 1.0 }
+/// What lights a chord.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ChordLight {
+    /// Irradiance of the sun, without the share that is alone.
+    pub sun: DVec3,
+    /// Radiance from above.
+    pub above: DVec3,
+    /// Radiance from below.
+    pub below: DVec3,
+    /// Source of the share that is alone in sunlight.
+    pub own: DVec3,
+    /// Scaled optical depth to the sun where the chord becomes visible and where it ends; linear in
+    /// between.
+    pub depth: [f64; 2],
 }
 
-/// Radiance towards the eye per unit of the particle's opacity.
-pub fn source_function(light: &ParticleLight, inputs: &SourceInputs) -> Source {
-    let front = depth_at(light.sun_front, inputs.place);
-    let sun_depth = [inputs.begin, inputs.place, inputs.end].map(|place| {
-        depth_at(light.sun_front, place) + inputs.optical_radius * way_out(place, inputs.sun)
-    });
-    let scale = inputs.delta_scale;
-    let first = inputs.albedo / scale * inputs.phase;
-    let [once, more] = inputs.scattered;
-    let visible = inputs.visible_depth;
-    // The table is that of the unscaled medium: opacity of the chord there over that here.
-    let denser = mean_transmittance(visible / scale) / (mean_transmittance(visible) * scale);
-    let own = (once * inputs.phase + more) * denser * (-front).exp();
-    let sun = colour(light.sun_irradiance);
-    let (above, below) = (colour(light.ambient_above), colour(light.ambient_below));
-    let field = inputs.field;
-    Source {
-        first: (1.0 - inputs.alone) * first * sun,
-        rest: (field.x + (own - field.x) * inputs.alone) * sun
-            + field.y * above
-            + (field.z - field.y) * below,
-        sun_depth,
+/// What a chord's light is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct ChordPlaces {
+    /// Radii from the centre: where the chord becomes visible.
+    pub begin: DVec3,
+    /// Where it is seen in the mean.
+    pub mean: DVec3,
+    /// Where it ends.
+    pub end: DVec3,
+    /// Towards the sun.
+    pub sun: DVec3,
+    /// Scaled, of the particle.
+    pub optical_radius: f64,
+}
+
+impl ChordLight {
+    /// Of a chord; `own` as [`own_source`] has it.
+    pub fn new(light: &ParticleLight, places: &ChordPlaces, own: f64) -> Self {
+        let alone = f64::from(light.ambient_below[3]);
+        let sun = colour(light.sun_irradiance);
+        let front = depth_at(light.sun_front, places.mean);
+        Self {
+            sun: (1.0 - alone) * sun,
+            above: colour(light.ambient_above),
+            below: colour(light.ambient_below),
+            own: alone * own * (-front).exp() * sun,
+            depth: [places.begin, places.end].map(|place| {
+                depth_at(light.sun_front, place)
+                    + places.optical_radius * way_out(place, places.sun)
+            }),
+        }
+    }
+
+    /// Depth to the sun at a share of the chord's visible length.
+    fn depth_at(&self, share: f64) -> f64 {
+        let [begin, end] = self.depth;
+        (begin + (end - begin) * share).max(0.0)
+    }
+}
+
+/// What all chords of one ray share.
+#[derive(Clone, Copy, Debug)]
+pub struct RayLight<'a> {
+    /// Light that the clouds scatter among themselves.
+    pub field: &'a FieldSeen,
+    /// Light around the sun.
+    pub halo: &'a Halo,
+    /// Direction of view.
+    pub dir: DVec3,
+    /// Sine of half the angle between view and sun.
+    pub half_sine: f64,
+    /// Optical depth of peak scatterings per scaled one.
+    pub halo_share: f64,
+    /// Source of order 1 in undimmed sunlight, without halo: 1/sr.
+    pub first: f64,
+}
+
+/// The light field on a piece.
+#[derive(Clone, Copy, Debug)]
+pub struct PieceLight {
+    seen: DVec4,
+    first: f64,
+    tau: f64,
+}
+
+impl RayLight<'_> {
+    /// Of a piece from `cursor` to `next` (m along the ray) of optical depth `tau`, light from the
+    /// mean depth `seen` into it (a fraction), seen through `view_depth`.
+    pub fn piece(&self, cursor: f64, next: f64, tau: f64, seen: f64, view_depth: f64) -> PieceLight {
+        let at = |t: f64| self.field.at(t * self.dir);
+        let seen = at(cursor).lerp(at(next), seen);
+        let path = self.halo_share * (seen.w + view_depth);
+        PieceLight { seen, first: self.first * self.halo.factor(self.half_sine, path), tau }
+    }
+}
+
+impl PieceLight {
+    /// Source of a chord on the piece, which lies between two shares of its visible length.
+    pub fn source(&self, light: &ChordLight, begin: f64, end: f64) -> DVec3 {
+        let direct = mean_sunlight(light.depth_at(begin), light.depth_at(end), self.tau);
+        light.own
+            + (self.seen.x + self.first * direct) * light.sun
+            + self.seen.y * light.above
+            + (self.seen.z - self.seen.y) * light.below
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use bytemuck::Zeroable;
-
     use super::*;
-
-    fn inputs() -> SourceInputs {
-        SourceInputs {
-            place: DVec3::new(0.2, -0.3, 0.1),
-            begin: DVec3::new(0.2, -0.3, -0.4),
-            end: DVec3::new(0.2, -0.3, 0.4),
-            sun: DVec3::Y,
-            field: DVec3::new(0.0, 0.4, 1.0),
-            alone: 0.0,
-            scattered: [0.8, 0.1],
-            phase: 0.07,
-            optical_radius: 2.0,
-            visible_depth: 1.3,
-            delta_scale: 0.4,
-            albedo: 1.0,
-        }
-    }
 
     #[test]
     fn uniform_light_is_handed_on() {
-        let mut light = ParticleLight::zeroed();
-        light.ambient_above = [0.3, 0.2, 0.1, 0.0];
-        light.ambient_below = light.ambient_above;
-        for alone in [0.0, 0.5, 1.0] {
-            let source = source_function(&light, &SourceInputs { alone, ..inputs() });
-            assert!((source.rest - colour(light.ambient_above)).length() < 1e-15);
-            assert_eq!(source.first, DVec3::ZERO);
-        }
+        let all = DVec3::new(0.3, 0.2, 0.1);
+        let light = ChordLight { above: all, below: all, ..ChordLight::default() };
+        let piece = PieceLight { seen: DVec4::new(0.1, 0.4, 1.0, 2.0), first: 0.3, tau: 0.7 };
+        assert!((piece.source(&light, 0.0, 1.0) - all).length() < 1e-15);
     }
 
     #[test]
     fn a_particle_alone_shines_as_its_table_says() {
-        let mut light = ParticleLight::zeroed();
-        light.sun_irradiance = [1.0; 4];
-        let i = SourceInputs { alone: 1.0, field: DVec3::ZERO, ..inputs() };
-        let source = source_function(&light, &i);
-        // What leaves the scaled chord is what leaves the true one.
-        let seen = source.rest.x * -(-i.visible_depth).exp_m1();
-        let expected = (0.8 * 0.07 + 0.1) * -(-i.visible_depth / i.delta_scale).exp_m1();
-        assert!((seen - expected).abs() < 1e-14, "{seen} {expected}");
-        assert_eq!(source.first, DVec3::ZERO);
+        for visible in [0.01, 1.3, 20.0] {
+            // What leaves the scaled chord is what leaves the true one.
+            let seen = own_source([0.8, 0.1], 0.07, visible, 0.4) * -(-visible).exp_m1();
+            let expected = (0.8 * 0.07 + 0.1) * -(-visible / 0.4).exp_m1();
+            assert!((seen / expected - 1.0).abs() < 1e-12, "{seen} {expected}");
+        }
     }
 
     #[test]
     fn mean_sunlight_is_the_integral() {
-        for (front, change, tau) in
-            [(0.0, 0.0, 1.0), (2.0, 3.0, 0.5), (5.0, -4.0, 4.0), (6.0, -6.0, 2.0), (3.0, -2.0, 9.0)]
+        for (front, back, tau) in
+            [(0.0, 0.0, 1.0), (2.0, 5.0, 0.5), (5.0, 1.0, 4.0), (6.0, 0.0, 2.0), (3.0, 1.0, 9.0)]
         {
             let steps = 20_000;
             let (mut light, mut all) = (0.0, 0.0);
             for i in 0..steps {
                 let t = (f64::from(i) + 0.5) / f64::from(steps);
-                light += (-tau * t - front - change * t).exp();
+                light += (-tau * t - front - (back - front) * t).exp();
                 all += (-tau * t).exp();
             }
-            let found = mean_sunlight(front, change, tau);
-            // The midpoint rule is off by (tau + change)^2 / (24 steps^2).
-            assert!((found / (light / all) - 1.0).abs() < 1e-7, "{front} {change} {tau}: {found}");
+            let found = mean_sunlight(front, back, tau);
+            // The midpoint rule is off by (tau + back - front)^2 / (24 steps^2).
+            assert!((found / (light / all) - 1.0).abs() < 1e-7, "{front} {back} {tau}: {found}");
         }
     }
 
@@ -216,7 +208,7 @@ mod tests {
         for place in [DVec3::ZERO, DVec3::new(0.5, 0.2, -0.7), DVec3::new(0.0, 1.0, 0.0)] {
             for direction in [DVec3::Y, DVec3::new(0.6, 0.0, 0.8)] {
                 let end = place + way_out(place, direction) * direction;
-                assert!((end.length() - 1.0).abs() < 1e-12 || way_out(place, direction) == 0.0);
+                assert!((end.length() - 1.0).abs() < 1e-12, "{place} {direction}");
             }
         }
     }

@@ -55,6 +55,7 @@ struct Job {
     count: wgpu::Buffer,
     rings: Option<RingJob>,
     matter: wgpu::Buffer,
+    sun: wgpu::Buffer,
     lights: wgpu::Buffer,
     bytes: u64,
     solve: Vec<wgpu::BindGroup>,
@@ -244,6 +245,7 @@ impl LightGridPass {
             count,
             rings,
             matter,
+            sun,
             lights,
             bytes,
             solve,
@@ -394,7 +396,8 @@ impl LightGrid {
         };
         let count = (job.cells * DIRECTIONS) as usize;
         let words = gpu.read_buffer::<u32>(&job.lights, job.lights.size() as usize / 4)?;
-        let light = GridLight::from_device(&made.uniforms, &words, words.len() / count);
+        let sun = gpu.read_buffer::<f32>(&job.sun, job.cells as usize)?;
+        let light = GridLight::from_device(&made.uniforms, &words, words.len() / count, &sun);
         Ok(light.seen_from(DVec3::from_array(eye.map(f64::from))))
     }
 
