@@ -16,13 +16,13 @@ use super::walk::Cells;
 use crate::medium::Shape;
 
 /// Cells per particle that are aimed at.
-const CELLS_PER_PARTICLE: f64 = 16.0;
+const CELLS_PER_PARTICLE: f64 = 32.0;
 /// Most cells in all, and most fine cells: their lists then fill a few hundred megabytes.
 const MOST_CELLS: f64 = (1 << 22) as f64;
 /// Most cells along one axis.
 const MOST_ALONG: f64 = 1024.0;
 /// Size of a fine cell over the radius of the smallest particle in it, if there is room.
-const FINE_SIZE: f64 = 0.25;
+const FINE_SIZE: f64 = 0.5;
 /// Most fine cells along one axis of a cell.
 const MOST_FINE: i32 = 16;
 /// Particles sorted into cells at a time.
