@@ -79,7 +79,7 @@ pub fn fly(
 /// Mean cosine from which on a lobe is so narrow that paths are led to it.
 const NARROW: f64 = 0.9;
 /// Chance of a scattering to send a second path into the lobe around the sun.
-const SPLIT_CHANCE: f64 = 0.25;
+const SPLIT_CHANCE: f64 = 0.1;
 /// Throughput from which on a path is worth splitting.
 const SPLIT_ABOVE: f64 = 0.05;
 
