@@ -39,7 +39,9 @@ pub use random::Random;
 pub use slab::Slab;
 pub use speed::{Speed, speed};
 pub use statistics::{Estimate, Moments};
-pub use transport::{Flight, Matter, Seen, Surroundings, fly, look, radiance, scatter, turned};
+pub use transport::{
+    Flight, Matter, Seen, Surroundings, cosine_direction, fly, look, radiance, scatter, turned,
+};
 pub use uniform_sky::{SunDisc, UniformSky, distance_to_ground, ground_normal};
 pub use view::{Filter, Lens, View};
 pub use world::{Densities, Place, World};

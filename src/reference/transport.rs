@@ -298,7 +298,8 @@ pub fn turned(dir: DVec3, cosine: f64, azimuth: f64) -> DVec3 {
     (x * (sine * azimuth.cos()) + y * (sine * azimuth.sin()) + dir * cosine).normalize()
 }
 
-fn cosine_direction(normal: DVec3, random: &mut Random) -> DVec3 {
+/// A direction out of a surface that scatters alike in all directions.
+pub fn cosine_direction(normal: DVec3, random: &mut Random) -> DVec3 {
     let cosine = (1.0 - random.unit()).sqrt();
     turned(normal, cosine, random.unit() * TAU)
 }
