@@ -13,7 +13,7 @@ const SMALL: &[&str] = &[
     "--albedo=0.9",
     "--scattering=2,4,4,4",
     "--optical-radius=0.5,2",
-    "--events=20000",
+    "--remainder=0.01",
 ];
 
 fn precompute(arguments: &[&str]) -> Output {
@@ -87,7 +87,7 @@ fn bad_input_is_one_sentence_and_leaves_nothing() {
         ("--optical-radius=inf,nan", "optical radius"),
         ("--scattering=1,2,3", "--scattering"),
         ("--scattering=2,2,2,99999", "resolution"),
-        ("--events=0", "events"),
+        ("--remainder=0", "remainder"),
         ("--threads=0", "--threads"),
     ] {
         // An option given twice is refused by itself: leave out the sound one.

@@ -36,7 +36,9 @@ fn table_place(coordinate: f32, nodes: f32) -> f32 {
 // sphere, direction away from the eye, direction towards the sun.
 fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_radius: f32) -> vec2<f32> {
     let p = scattering_params;
-    let incidence = clamp(-dot(entry, dir), 0.0, 1.0);
+    let incidence_cosine = clamp(-dot(entry, dir), 0.0, 1.0);
+    let incidence_sine = sqrt(1.0 - incidence_cosine * incidence_cosine);
+    let incidence = 0.5 * (1.0 + incidence_cosine - incidence_sine);
     // From the difference: the cosine loses the digits of small angles.
     let apart = dir - sun;
     let half_sine_squared = min(0.25 * dot(apart, apart), 1.0);
@@ -47,8 +49,8 @@ fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_r
     let view_sun = log(scaled + sqrt(scaled * scaled + 1.0)) * p.lobe_factor
         + (1.0 + half_sine - half_cosine) * p.even_factor;
 
-    let sines = 2.0 * half_sine * half_cosine * sqrt(max(1.0 - incidence * incidence, 0.0));
-    let along = dot(entry, sun) + incidence * cosine;
+    let sines = 2.0 * half_sine * half_cosine * incidence_sine;
+    let along = dot(entry, sun) + incidence_cosine * cosine;
     let azimuth_cosine = clamp(along / max(sines, DEGENERATE_SINES), -1.0, 1.0);
     let azimuth = 0.5 * (1.0 + sqrt(0.5 - 0.5 * azimuth_cosine) - sqrt(0.5 + 0.5 * azimuth_cosine));
 

@@ -74,8 +74,9 @@ fn statistics(rows: &[&Row], f: impl Fn(&Row) -> f64) -> String {
 fn survey() {
     let text = |name: &str, default: &str| std::env::var(name).unwrap_or(default.to_owned());
     let number = |name: &str, default: &str| text(name, default).parse::<u64>().expect("number");
+    let real = |name: &str, default: &str| text(name, default).parse::<f64>().expect("number");
     let (rays, paths) = (number("RAYS", "60"), number("PATHS", "20000"));
-    let options = ScatteringOptions { events: number("EVENTS", "8000000"), ..Default::default() };
+    let options = ScatteringOptions { remainder: real("REMAINDER", "3e-4"), ..Default::default() };
     for name in text("PHASES", "hg:0.85").split(',') {
         let phase: Phase = name.parse().expect("phase");
         let clock = std::time::Instant::now();
@@ -114,6 +115,94 @@ fn survey() {
                         r.geometry,
                         r.total
                     );
+                }
+            }
+        }
+    }
+}
+
+/// Two bakes of four radii that differ in something, relative to the total.
+#[test]
+#[ignore = "an instrument that prints, not a test"]
+fn compare_bakes() {
+    let text = |name: &str, default: &str| std::env::var(name).unwrap_or(default.to_owned());
+    let number = |name: &str, default: &str| text(name, default).parse::<u64>().expect("number");
+    let real = |name: &str, default: &str| text(name, default).parse::<f64>().expect("number");
+    let size = |name: &str| {
+        let text = text(name, "");
+        let n: Vec<usize> = text.split('x').filter_map(|v| v.parse().ok()).collect();
+        match n[..] {
+            [radius, zenith, view_sun, azimuth] => {
+                bake::FieldSize { radius, zenith, view_sun, azimuth }
+            }
+            _ => bake::FIELD,
+        }
+    };
+    for name in text("PHASES", "hg:0.85").split(',') {
+        let phase: Phase = name.parse().expect("phase");
+        let mut options = ScatteringOptions {
+            remainder: real("REMAINDER", "3e-4"),
+            optical_radius: [real("LEAST", "0.1"), 64.0],
+            ..Default::default()
+        };
+        options.resolution[0] = number("NODES", "4") as usize;
+        let make = |remainder, field, nodes: &str| {
+            let mut options = options.clone();
+            let nodes: Vec<usize> =
+                text(nodes, "").split('x').filter_map(|v| v.parse().ok()).collect();
+            options.resolution[4 - nodes.len()..].copy_from_slice(&nodes);
+            let clock = std::time::Instant::now();
+            let options = ScatteringOptions { remainder, ..options.clone() };
+            let (values, report) = bake::bake_with(&phase, 1.0, &options, field, &Silent);
+            println!("  {:.1} s", clock.elapsed().as_secs_f64());
+            report.radii.iter().for_each(|r| println!("  {r:?}"));
+            ScatteringTable::from_parts(
+                phase,
+                1.0,
+                options.resolution,
+                options.optical_radius,
+                values.into_iter().map(f16::from_f64).collect(),
+                report,
+            )
+            .expect("table")
+        };
+        let one = make(options.remainder, size("FIELD1"), "RES1");
+        if number("ONE", "0") == 1 {
+            continue;
+        }
+        let two = make(real("REMAINDER2", "3e-4"), size("FIELD2"), "RES2");
+        for k in 0..options.resolution[0] {
+            let r = options.optical_radius_at(k);
+            for (half, label) in ["even", "lobe"].into_iter().enumerate() {
+                let rows: Vec<Row> = (0..4000u64)
+                    .filter(|i| i % 2 == half as u64)
+                    .map(|i| {
+                        let geometry = ray(&one, i);
+                        let (a, b) =
+                            (one.lookup_geometry(&geometry, r), two.lookup_geometry(&geometry, r));
+                        let p = phase.eval(geometry.view_sun.cos());
+                        let total = p * b[0] + b[1];
+                        Row {
+                            single: p * (a[0] - b[0]) / total,
+                            multiple: (a[1] - b[1]) / total,
+                            reference: 0.0,
+                            geometry,
+                            total,
+                        }
+                    })
+                    .collect();
+                let mut rows: Vec<&Row> = rows.iter().collect();
+                println!(
+                    "{name} R {r:7.3} {label} % {}",
+                    statistics(&rows, |r| r.single)
+                        + " | multiple "
+                        + &statistics(&rows, |r| r.multiple)
+                        + " | total "
+                        + &statistics(&rows, Row::error)
+                );
+                rows.sort_by(|a, b| b.error().abs().total_cmp(&a.error().abs()));
+                for r in rows.iter().take(number("WORST", "0") as usize) {
+                    println!("   {:+.4} {:?} {:.4e}", r.error(), r.geometry, r.total);
                 }
             }
         }

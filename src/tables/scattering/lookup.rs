@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::mapping::{Coordinates, Geometry, azimuth_coordinate};
+use super::mapping::{Coordinates, Geometry, azimuth_coordinate, incidence_coordinate};
 use super::single::opacity;
 use super::{CHANNELS, ScatteringTable};
 
@@ -26,7 +26,7 @@ impl ScatteringTable {
         let [low, high] = self.optical_radius;
         let share = (optical_radius.max(low) / low).ln() / (high / low).ln();
         Coordinates {
-            incidence: geometry.incidence.clamp(0.0, 1.0),
+            incidence: incidence_coordinate(geometry.incidence.clamp(0.0, 1.0)),
             azimuth: azimuth_coordinate(geometry.azimuth.cos()),
             view_sun: self.map.coordinate((0.5 * geometry.view_sun).sin()),
             optical_radius: share.clamp(0.0, 1.0),

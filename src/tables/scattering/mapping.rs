@@ -1,7 +1,7 @@
 //! Coordinates of the scattering table.
 //!
 //! A ray through the sphere and the sun's direction are four numbers once the sphere's symmetry is
-//! used: the cosine of incidence `m` at the entry (the half chord), the angle between view and sun,
+//! used: the angle of incidence at the entry, the angle between view and sun,
 //! the azimuth of the entry point about the view direction, and the optical radius. The light's
 //! forward lobe sits at view-sun angle 0 for every ray, so the nodes can crowd there; with the
 //! entry's zenith and a local view direction as axes the lobe wanders through the grid and no
@@ -23,7 +23,7 @@ const DEGENERATE: f64 = 1e-7;
 /// The table's coordinates of a ray, each in 0..1 from the first node to the last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coordinates {
-    /// Cosine between the ray and the inward normal at its entry; half the chord.
+    /// Angle of incidence at the entry: 0 along the surface, 1 towards the centre.
     pub incidence: f64,
     /// Azimuth of the entry about the view direction: 0 where the entry lies towards the sun.
     pub azimuth: f64,
@@ -33,7 +33,7 @@ pub struct Coordinates {
     pub optical_radius: f64,
 }
 
-/// A ray and the sun in physical terms.
+/// A ray and the sun in physical terms. Half the chord is the cosine of incidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geometry {
     /// Cosine of incidence, 0..1.
@@ -91,6 +91,20 @@ impl ViewSunMap {
         }
         low + high
     }
+}
+
+/// Coordinate in 0..1 of the cosine of incidence, 0..1: within 20 % of even spacing in the angle.
+/// Central rays differ by their distance from the centre, which is the sine, and grazing rays by
+/// their length, which is the cosine: the coordinate is linear in each where it counts.
+pub fn incidence_coordinate(cosine: f64) -> f64 {
+    0.5 * (1.0 + cosine - (1.0 - cosine * cosine).max(0.0).sqrt())
+}
+
+/// Cosine of incidence: inverse of [`incidence_coordinate`].
+pub fn incidence_cosine(coordinate: f64) -> f64 {
+    // cos a - sin a = sqrt(2) cos(a + pi/4).
+    let turned = ((2.0 * coordinate - 1.0) * std::f64::consts::FRAC_1_SQRT_2).acos();
+    (turned - std::f64::consts::FRAC_PI_4).cos().clamp(0.0, 1.0)
 }
 
 /// Coordinate in 0..1 of an azimuth given by its cosine: within 20 % of even spacing, without an
@@ -161,6 +175,13 @@ mod tests {
         }
 
         #[test]
+        fn incidence_map_and_inverse_agree(v in 0.0f64..=1.0) {
+            let back = incidence_coordinate(incidence_cosine(v));
+            // The cosine is flat towards the centre: half the digits are lost there.
+            prop_assert!((back - v).abs() < 1e-8, "{v} {back}");
+        }
+
+        #[test]
         fn azimuth_map_and_inverse_agree(v in 0.0f64..=1.0) {
             let back = azimuth_coordinate(azimuth_angle(v).cos());
             // The cosine is flat at both ends: half the digits are lost there.
@@ -187,6 +208,8 @@ mod tests {
             assert!(map.angle(0.0).abs() < 1e-12);
             assert!((map.angle(1.0) - std::f64::consts::PI).abs() < 1e-7);
         }
+        assert!(incidence_cosine(0.0).abs() < 1e-12);
+        assert!((incidence_cosine(1.0) - 1.0).abs() < 1e-12);
         assert!(azimuth_angle(0.0).abs() < 1e-12);
         assert!((azimuth_angle(1.0) - std::f64::consts::PI).abs() < 1e-12);
     }

@@ -39,20 +39,24 @@ const MAX_SLICES: usize = 2048;
 /// Optical radii for which the solver's grids are made.
 const OPTICAL_RADII: [f64; 2] = [1e-3, 1e3];
 
+/// Shares that the remainder of the orders may have: f32 reaches the first.
+const REMAINDERS: [f64; 2] = [1e-5, 0.1];
+
 /// What to bake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScatteringOptions {
-    /// Nodes: optical radius, cosine of incidence, azimuth, view-sun angle.
+    /// Nodes: optical radius, incidence, azimuth, view-sun angle.
     pub resolution: [usize; 4],
     /// Least and greatest optical radius.
     pub optical_radius: [f64; 2],
-    /// Scatterings recorded at each optical radius.
-    pub events: u64,
+    /// The scattering orders are summed until a further step changes the light at a place by less
+    /// than this share of it, in the root mean square.
+    pub remainder: f64,
 }
 
 impl Default for ScatteringOptions {
     fn default() -> Self {
-        Self { resolution: [24, 16, 16, 32], optical_radius: [0.05, 100.0], events: 8_000_000 }
+        Self { resolution: [24, 16, 16, 32], optical_radius: [0.05, 100.0], remainder: 3e-4 }
     }
 }
 
@@ -78,8 +82,11 @@ impl ScatteringOptions {
             ));
         }
         check_shape(self.resolution, self.optical_radius)?;
-        if self.events == 0 {
-            return Err(Error::input("scattering events 0", "expected at least one"));
+        if !(REMAINDERS[0]..=REMAINDERS[1]).contains(&self.remainder) {
+            return Err(Error::input(
+                format!("scattering remainder {}", self.remainder),
+                format!("expected a share between {} and {}", REMAINDERS[0], REMAINDERS[1]),
+            ));
         }
         Ok(())
     }
@@ -148,7 +155,7 @@ impl ScatteringTable {
         report: ScatteringReport,
     ) -> Result<Self> {
         phase.check()?;
-        let shape = ScatteringOptions { resolution, optical_radius, events: 1 };
+        let shape = ScatteringOptions { resolution, optical_radius, remainder: REMAINDERS[1] };
         shape.check(albedo)?;
         let place = || format!("scattering table of {phase}");
         if values.len() != shape.entries() * CHANNELS {
@@ -184,7 +191,7 @@ impl ScatteringTable {
         self.albedo
     }
 
-    /// Nodes: optical radius, cosine of incidence, azimuth, view-sun angle.
+    /// Nodes: optical radius, incidence, azimuth, view-sun angle.
     pub fn resolution(&self) -> [usize; 4] {
         self.resolution
     }

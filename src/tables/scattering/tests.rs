@@ -7,7 +7,7 @@ use crate::tables::Silent;
 
 /// Small and noisy, but made by the same solver.
 fn small_options() -> ScatteringOptions {
-    ScatteringOptions { resolution: [8, 8, 8, 24], optical_radius: [0.05, 100.0], events: 400_000 }
+    ScatteringOptions { resolution: [8, 8, 8, 24], optical_radius: [0.05, 100.0], remainder: 1e-3 }
 }
 
 /// One small table for all tests.
@@ -21,7 +21,8 @@ pub fn small_table() -> &'static ScatteringTable {
 
 #[test]
 fn same_bytes_whatever_the_number_of_threads() {
-    let options = ScatteringOptions { resolution: [3, 4, 4, 8], events: 20_000, ..small_options() };
+    let options =
+        ScatteringOptions { resolution: [3, 4, 4, 8], remainder: 1e-3, ..small_options() };
     let phase = Phase::hg(0.5).expect("in range");
     let bake = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
@@ -34,7 +35,8 @@ fn same_bytes_whatever_the_number_of_threads() {
 
 #[test]
 fn albedo_zero_scatters_nothing() {
-    let options = ScatteringOptions { resolution: [2, 3, 3, 6], events: 2_000, ..small_options() };
+    let options =
+        ScatteringOptions { resolution: [2, 3, 3, 6], remainder: 1e-3, ..small_options() };
     let phase = Phase::hg(0.5).expect("in range");
     let table = ScatteringTable::bake(phase, 0.0, &options, &Silent).expect("bakes");
     let geometry = mapping::Geometry { incidence: 0.7, azimuth: 1.0, view_sun: 1.0 };
