@@ -7,9 +7,9 @@
 //!
 //! Two channels: order 1 as an effective optical path `s` of the sunlight, its source without
 //! phase function being `albedo exp(-R s)`; and the natural logarithm of the source of all orders
-//! from 2 on, phase function included, divided by `1 - exp(-R)`. Interpolating these in place of
-//! the sources themselves makes power-law lobes and exponential shadows nearly linear between the
-//! nodes.
+//! from 2 on, phase function included, divided by `1 - exp(-R)` and by the fall of light across
+//! the terminator ([`terminator`]). Interpolating these in place of the sources themselves makes
+//! power-law lobes and exponential shadows nearly linear between the nodes.
 
 pub mod bake;
 mod gpu;
@@ -18,13 +18,15 @@ pub mod mapping;
 pub mod reference;
 mod report;
 pub mod single;
+pub mod terminator;
 
 use half::f16;
 
 pub use gpu::ScatteringParams;
 pub use report::{RadiusReport, ScatteringReport};
 
-use self::mapping::ViewSunMap;
+use self::mapping::{RadiusMap, ViewSunMap};
+use self::terminator::Terminator;
 use crate::error::{Error, Result};
 use crate::medium::Phase;
 use crate::tables::Progress;
@@ -56,7 +58,7 @@ pub struct ScatteringOptions {
 
 impl Default for ScatteringOptions {
     fn default() -> Self {
-        Self { resolution: [24, 16, 16, 32], optical_radius: [0.05, 100.0], remainder: 3e-4 }
+        Self { resolution: [26, 20, 14, 40], optical_radius: [0.05, 100.0], remainder: 3e-4 }
     }
 }
 
@@ -68,9 +70,8 @@ impl ScatteringOptions {
 
     /// Optical radius of a node.
     pub fn optical_radius_at(&self, index: usize) -> f64 {
-        let [low, high] = self.optical_radius;
-        let share = mapping::node(index, self.resolution[0]);
-        low * (high / low).powf(share)
+        let map = RadiusMap { range: self.optical_radius };
+        map.optical_radius(mapping::node(index, self.resolution[0]))
     }
 
     /// Whether a table can be baked so.
@@ -128,6 +129,7 @@ pub struct ScatteringTable {
     values: Vec<f16>,
     report: ScatteringReport,
     map: ViewSunMap,
+    terminator: Terminator,
 }
 
 impl ScatteringTable {
@@ -178,7 +180,8 @@ impl ScatteringTable {
             }
         }
         let map = ViewSunMap::for_phase(&phase);
-        Ok(Self { phase, albedo, resolution, optical_radius, values, report, map })
+        let terminator = Terminator::for_phase(&phase);
+        Ok(Self { phase, albedo, resolution, optical_radius, values, report, map, terminator })
     }
 
     /// Phase function of the table.

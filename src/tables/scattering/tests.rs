@@ -51,24 +51,14 @@ fn furnace_is_exact_for_every_chord() {
     // Uniform light from everywhere: the sphere is invisible. The table keeps this at its nodes
     // by construction; between them the interpolation's curvature remains.
     let table = small_table();
-    let [_, _, azimuths, views] = table.resolution();
     let furnace = bake::Furnace::new(table.phase(), &table.map, table.resolution());
     for optical_radius in [0.02, 0.3, 2.7, 11.0] {
         for incidence in [0.02, 0.35, 0.66, 0.97, 1.0] {
-            let mut rows = Vec::new();
-            for j in 0..azimuths {
-                for k in 0..views {
-                    let geometry = mapping::Geometry {
-                        incidence,
-                        azimuth: mapping::azimuth_angle(mapping::node(j, azimuths)),
-                        view_sun: table.map.angle(mapping::node(k, views)),
-                    };
-                    let [single, multiple] = table.lookup_geometry(&geometry, optical_radius);
-                    rows.push(-single.ln() / optical_radius);
-                    rows.push((multiple / single::opacity(optical_radius)).ln());
-                }
-            }
-            let (single, multiple) = furnace.integrals(&rows, optical_radius);
+            let [single, multiple] = furnace.integrals(|azimuth, view_sun| {
+                let (azimuth, view_sun) = (azimuth.angle, view_sun.angle);
+                let ray = mapping::Geometry { incidence, azimuth, view_sun };
+                table.lookup_geometry(&ray, optical_radius)
+            });
             let sum = single + multiple;
             // Eight nodes of incidence and of optical radius: 7 %; the default table has a
             // third of the spacing and a tenth of the error.

@@ -6,7 +6,6 @@
 
 use std::f64::consts::PI;
 
-use super::super::CHANNELS;
 use super::super::mapping::{ViewSunMap, azimuth_angle, azimuth_coordinate, node};
 use super::super::single::opacity;
 use super::GaussRule;
@@ -15,10 +14,14 @@ use crate::medium::Phase;
 /// Points of the rule in each cell of the table.
 const POINTS: usize = 4;
 
-/// One place of the rule on an axis: the node below, the share of the next one, and the measure.
-struct Place {
-    index: usize,
-    share: f64,
+/// One place of the rule on an axis.
+pub struct Place {
+    /// The angle, rad.
+    pub angle: f64,
+    /// Node below.
+    pub index: usize,
+    /// Share of the next node.
+    pub share: f64,
     measure: f64,
     phase: f64,
 }
@@ -34,7 +37,6 @@ pub struct Furnace {
     chord: GaussRule,
     views: Vec<Place>,
     azimuths: Vec<Place>,
-    stride: usize,
 }
 
 impl Furnace {
@@ -72,31 +74,22 @@ impl Furnace {
                 |a| azimuth_coordinate(a.cos()),
                 |_| (2.0, 1.0),
             ),
-            stride: views,
         }
     }
 
-    /// Integrals over the sun's directions of order 1 and of the higher orders, albedo 1. `rows`
-    /// are the table's values of one optical radius and incidence.
-    pub fn integrals(&self, rows: &[f64], optical_radius: f64) -> (f64, f64) {
-        let opaque = opacity(optical_radius);
-        let (mut single, mut multiple) = (0.0, 0.0);
+    /// Integrals over the sun's directions of order 1 and of the higher orders for one chord, whose
+    /// two sources are told for an azimuth and a view-sun angle.
+    pub fn integrals(&self, sources: impl Fn(&Place, &Place) -> [f64; 2]) -> [f64; 2] {
+        let mut sums = [0.0; 2];
         for a in &self.azimuths {
             for v in &self.views {
-                let value = |channel: usize| {
-                    let at = |j: usize, k: usize| rows[(j * self.stride + k) * CHANNELS + channel];
-                    let low =
-                        (1.0 - v.share) * at(a.index, v.index) + v.share * at(a.index, v.index + 1);
-                    let high = (1.0 - v.share) * at(a.index + 1, v.index)
-                        + v.share * at(a.index + 1, v.index + 1);
-                    (1.0 - a.share) * low + a.share * high
-                };
+                let [single, multiple] = sources(a, v);
                 let measure = a.measure * v.measure;
-                single += measure * v.phase * (-optical_radius * value(0)).exp();
-                multiple += measure * opaque * value(1).exp();
+                sums[0] += measure * v.phase * single;
+                sums[1] += measure * multiple;
             }
         }
-        (single, multiple)
+        sums
     }
 
     /// Exact integral over the sun's directions of order 1, albedo 1: the share of light that
@@ -128,12 +121,6 @@ impl Furnace {
         };
         self.chord.integrate(0.0, 1.0, of_place)
     }
-
-    /// Factor on the higher orders that makes the furnace exact.
-    pub fn scale(&self, rows: &[f64], incidence: f64, optical_radius: f64) -> f64 {
-        let (_, multiple) = self.integrals(rows, optical_radius);
-        (1.0 - self.single(incidence, optical_radius)).max(0.0) / multiple
-    }
 }
 
 fn places(
@@ -150,7 +137,8 @@ fn places(
             let a = from + (to - from) * u;
             let share = (coordinate(a) * (count - 1) as f64 - cell as f64).clamp(0.0, 1.0);
             let (measure, phase) = density(a);
-            out.push(Place { index: cell, share, measure: measure * w * (to - from), phase });
+            let measure = measure * w * (to - from);
+            out.push(Place { angle: a, index: cell, share, measure, phase });
         }
     }
     out

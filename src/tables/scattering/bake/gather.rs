@@ -2,16 +2,15 @@
 
 use super::super::mapping::Geometry;
 use super::super::single::opacity;
-use super::GaussRule;
 use super::grid::FieldGrid;
-use super::sweep::{Emission, Point};
+use super::sweep::{Emission, Point, flight_rule};
 
 /// Points along a ray.
 const POINTS: usize = 24;
 
 /// The rule along the rays.
-pub fn rule() -> GaussRule {
-    GaussRule::new(POINTS)
+pub fn rule() -> Vec<(f64, f64)> {
+    flight_rule(POINTS)
 }
 
 /// Mean of the emission over the chord weighted with the view's transmittance: radiance divided
@@ -19,7 +18,7 @@ pub fn rule() -> GaussRule {
 pub fn gather(
     emission: &Emission,
     grid: &FieldGrid,
-    rule: &GaussRule,
+    rule: &[(f64, f64)],
     geometry: &Geometry,
     view: usize,
     optical_radius: f64,
@@ -27,8 +26,7 @@ pub fn gather(
     let (entry, dir, _) = geometry.ray();
     let chord = 2.0 * geometry.incidence;
     let opaque = opacity(optical_radius * chord);
-    rule.points
-        .iter()
+    rule.iter()
         .map(|&(u, w)| {
             // Even steps in the share of light that comes from before t.
             let t = -(-u * opaque).ln_1p() / optical_radius;

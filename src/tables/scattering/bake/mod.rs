@@ -23,6 +23,7 @@ mod fixed_point;
 mod furnace;
 mod gather;
 mod grid;
+mod middle;
 mod quadrature;
 mod rescatter;
 mod sweep;
@@ -37,19 +38,18 @@ pub use furnace::Furnace;
 pub use quadrature::GaussRule;
 
 use self::diffusion::Diffusion;
-use self::grid::FieldGrid;
 pub use self::grid::FieldSize;
+use self::grid::{DIRECTIONS, FieldGrid};
 use self::rescatter::{Rescatter, Shape};
 use self::sweep::{Emission, Flights};
 use super::mapping::{Geometry, ViewSunMap, azimuth_angle, incidence_cosine, node};
 use super::report::{RadiusReport, ScatteringReport};
 use super::single::{effective_sun_path, opacity, source_from_within};
+use super::terminator::Terminator;
 use super::{CHANNELS, ScatteringOptions};
 use crate::medium::Phase;
 use crate::tables::Progress;
 
-/// The grid of scattered light.
-pub const FIELD: FieldSize = FieldSize { radius: 20, zenith: 33, view_sun: 36, azimuth: 11 };
 /// Bound on the steps; they are told in the report.
 const MOST_STEPS: usize = 150;
 /// Places darker than this share of the brightest count as if they had it. In the thickest
@@ -58,52 +58,73 @@ const DARKEST: f32 = 1e-3;
 /// Source below which its logarithm is cut: far below anything f16 could show.
 const LEAST_SOURCE: f64 = 1e-12;
 
+/// No path in the unit sphere is longer.
+const LONGEST_PATH: f64 = 2.0;
+
 /// The values of a table in its layout, as f64, and the report.
+///
+/// Optical radii follow each other, and each is computed by all threads: in thick spheres the grid
+/// takes 300 MB.
 pub fn bake(
     phase: &Phase,
     albedo: f64,
     options: &ScatteringOptions,
     progress: &dyn Progress,
 ) -> (Vec<f64>, ScatteringReport) {
-    bake_with(phase, albedo, options, FIELD, progress)
-}
-
-/// [`bake`] with another grid inside.
-pub fn bake_with(
-    phase: &Phase,
-    albedo: f64,
-    options: &ScatteringOptions,
-    field: FieldSize,
-    progress: &dyn Progress,
-) -> (Vec<f64>, ScatteringReport) {
     let radii = options.resolution[0];
     progress.start(radii as u64 + 1, &format!("scattering of {phase}"));
-    let solver = Solver::new(phase, albedo, options, field);
+    let map = ViewSunMap::for_phase(phase);
+    let views = options.resolution[3];
+    let views = (0..views).map(|k| map.angle(node(k, views))).collect();
+    let solver = Solver::new(phase, albedo, views, options.remainder);
+    let furnace = furnace::Furnace::new(phase, &map, options.resolution);
     progress.advance(1);
-    let slices: Vec<(Vec<f64>, RadiusReport)> = (0..radii)
-        .into_par_iter()
-        .map(|k| {
-            let slice = solver.slice(k);
-            progress.advance(1);
-            slice
-        })
-        .collect();
     let mut values = Vec::with_capacity(options.entries() * CHANNELS);
     let mut report = ScatteringReport::default();
-    for (slice, of_radius) in slices {
+    for k in 0..radii {
+        let (slice, of_radius) = solver.slice(options, &furnace, k);
         values.extend(slice);
         report.radii.push(of_radius);
+        progress.advance(1);
+    }
+    middle::between_chords(&mut values, options.resolution, &[0]);
+    for path in values.iter_mut().step_by(CHANNELS) {
+        *path = path.clamp(0.0, LONGEST_PATH);
     }
     (values, report)
 }
 
+/// Sources of orders from 2 on for single rays, straight from the solver: what a table of infinite
+/// resolution would hold, before it is balanced.
+pub fn sources(
+    phase: &Phase,
+    albedo: f64,
+    rays: &[Geometry],
+    optical_radius: f64,
+    remainder: f64,
+    field: FieldSize,
+) -> (Vec<f64>, Convergence) {
+    let views = rays.iter().map(|ray| ray.view_sun).collect();
+    let directions = [field.view_sun, field.azimuth];
+    let solver = Solver::with_directions(phase, albedo, views, remainder, directions);
+    let grid = FieldGrid::new(field, solver.map, optical_radius);
+    let (emission, convergence) = solver.emission(&grid, optical_radius);
+    let gather = |(k, ray)| {
+        gather::gather(&emission, &grid, &solver.rays, ray, k, optical_radius)
+    };
+    (rays.iter().enumerate().map(gather).collect(), convergence)
+}
+
 /// What all optical radii share.
-struct Solver<'a> {
+struct Solver {
     albedo: f64,
     mean_cosine: f64,
-    options: &'a ScatteringOptions,
+    /// Angles from the sun of the directions that are asked for.
+    views: Vec<f64>,
+    remainder: f64,
     map: ViewSunMap,
-    field: FieldSize,
+    terminator: Terminator,
+    directions: usize,
     /// Scattering of light scattered once, divided by the phase function.
     once: Stage,
     /// Scattering of light scattered twice, divided by the phase function convolved with itself.
@@ -113,8 +134,7 @@ struct Solver<'a> {
     /// The shape of light scattered twice at the grid's angles.
     twice_shape: Vec<f64>,
     solid_angles: Vec<f64>,
-    rays: GaussRule,
-    furnace: furnace::Furnace,
+    rays: Vec<(f64, f64)>,
 }
 
 /// What light of one angular shape scatters.
@@ -125,73 +145,106 @@ struct Stage {
     out: Rescatter,
 }
 
-impl<'a> Solver<'a> {
-    fn new(phase: &Phase, albedo: f64, options: &'a ScatteringOptions, field: FieldSize) -> Self {
-        let views = options.resolution[3];
+impl Solver {
+    fn new(phase: &Phase, albedo: f64, views: Vec<f64>, remainder: f64) -> Self {
+        Self::with_directions(phase, albedo, views, remainder, DIRECTIONS)
+    }
+
+    fn with_directions(
+        phase: &Phase,
+        albedo: f64,
+        views: Vec<f64>,
+        remainder: f64,
+        [angles, azimuths]: [usize; 2],
+    ) -> Self {
         let map = ViewSunMap::for_phase(phase);
         let prepared = phase.prepare();
         let once = |angle: f64| prepared.eval(angle.cos());
         let convolved = TwiceScattered::new(phase, &map);
         let twice = |angle: f64| convolved.eval(&map, angle);
+        let field = FieldSize { view_sun: angles, azimuth: azimuths, ..FieldSize::for_radius(1.0, 1.0) };
         let grid = FieldGrid::new(field, map, 1.0);
+        let own: Vec<f64> = (0..field.view_sun).map(|k| grid.view_sun_at(k)).collect();
         let stage = |shape: Shape<'_>| {
             let matrix =
-                |views| Rescatter::new(phase, &map, [views, field.view_sun, field.azimuth], shape);
-            Stage { within: matrix(field.view_sun), out: matrix(views) }
+                |views: &[f64]| Rescatter::new(phase, &map, views, [field.view_sun, field.azimuth], shape);
+            Stage { within: matrix(&own), out: matrix(&views) }
         };
-        let mut further = stage(&|_| 1.0);
+        let (once_stage, twice_stage, mut further) =
+            (stage(&once), stage(&twice), stage(&|_| 1.0));
         further.within.conserve(&grid.ring_measures());
         Self {
             albedo,
             mean_cosine: phase.mean_cosine(),
-            options,
+            views,
+            remainder,
             map,
-            field,
-            once: stage(&once),
-            twice: stage(&twice),
+            terminator: Terminator::for_phase(phase),
+            directions: field.directions(),
+            once: once_stage,
+            twice: twice_stage,
             further,
             twice_shape: (0..field.view_sun).map(|k| twice(grid.view_sun_at(k))).collect(),
             solid_angles: grid.solid_angles(),
             rays: gather::rule(),
-            furnace: furnace::Furnace::new(phase, &map, options.resolution),
         }
     }
 
     /// The table's values for one optical radius.
-    fn slice(&self, index: usize) -> (Vec<f64>, RadiusReport) {
-        let [_, incidences, azimuths, views] = self.options.resolution;
-        let optical_radius = self.options.optical_radius_at(index);
-        let grid = FieldGrid::new(self.field, self.map, optical_radius);
+    fn slice(
+        &self,
+        options: &ScatteringOptions,
+        furnace: &furnace::Furnace,
+        index: usize,
+    ) -> (Vec<f64>, RadiusReport) {
+        let [_, incidences, azimuths, views] = options.resolution;
+        let optical_radius = options.optical_radius_at(index);
+        let size = FieldSize::for_radius(optical_radius, self.terminator.transport);
+        let grid = FieldGrid::new(size, self.map, optical_radius);
         let (emission, convergence) = self.emission(&grid, optical_radius);
-        let mut values = Vec::with_capacity(incidences * azimuths * views * CHANNELS);
+        let geometry = |i: usize, azimuth: f64, view_sun: f64| Geometry {
+            incidence: incidence_cosine(node(i, incidences)),
+            azimuth,
+            view_sun,
+        };
+        let mut values: Vec<f64> = (0..incidences * azimuths)
+            .into_par_iter()
+            .flat_map_iter(|row| {
+                let (i, azimuth) = (row / azimuths, azimuth_angle(node(row % azimuths, azimuths)));
+                let (emission, grid) = (&emission, &grid);
+                (0..views).flat_map(move |k| {
+                    let ray = geometry(i, azimuth, self.views[k]);
+                    let path = effective_sun_path(&ray, optical_radius);
+                    let source =
+                        gather::gather(emission, grid, &self.rays, &ray, k, optical_radius);
+                    let known = opacity(optical_radius)
+                        * self.terminator.factor(ray.elevation(), optical_radius);
+                    [path, (source.max(LEAST_SOURCE) / known).ln()]
+                })
+            })
+            .collect();
+        let slice = [1, incidences, azimuths, views];
+        middle::between_chords(&mut values, slice, &[2, 3]);
         let mut scales = Vec::new();
-        for i in 0..incidences {
-            let incidence = incidence_cosine(node(i, incidences));
-            let mut rows = Vec::with_capacity(azimuths * views * CHANNELS);
-            for j in 0..azimuths {
-                for k in 0..views {
-                    let geometry = Geometry {
-                        incidence,
-                        azimuth: azimuth_angle(node(j, azimuths)),
-                        view_sun: self.map.angle(node(k, views)),
-                    };
-                    let path = effective_sun_path(&geometry, optical_radius);
-                    let multiple =
-                        gather::gather(&emission, &grid, &self.rays, &geometry, k, optical_radius);
-                    rows.push(path);
-                    rows.push((multiple.max(LEAST_SOURCE) / opacity(optical_radius)).ln());
-                }
-            }
-            if self.albedo == 1.0 {
-                let scale = self.furnace.scale(&rows, incidence, optical_radius);
+        if self.albedo == 1.0 {
+            for (i, rows) in values.chunks_exact_mut(azimuths * views * CHANNELS).enumerate() {
+                let [_, multiple] = furnace.integrals(|a, v| {
+                    let at = |j: usize, k: usize| rows[(j * views + k) * CHANNELS + 1];
+                    let line = |j: usize| at(j, v.index) + v.share * (at(j, v.index + 1) - at(j, v.index));
+                    let (low, high) = (line(a.index), line(a.index + 1));
+                    let elevation = geometry(i, a.angle, v.angle).elevation();
+                    let known = opacity(optical_radius)
+                        * self.terminator.factor(elevation, optical_radius);
+                    [0.0, known * (low + a.share * (high - low)).exp()]
+                });
+                let incidence = incidence_cosine(node(i, incidences));
+                let once = furnace.single(incidence, optical_radius);
+                let scale = (1.0 - once).max(0.0) / multiple;
                 rows.iter_mut().skip(1).step_by(CHANNELS).for_each(|v| *v += scale.ln());
-                if std::env::var("DEBUG").is_ok() {
-                    eprintln!("R {optical_radius:.3} m {:.3} scale {:.4}", incidence, 1.0 / scale);
-                }
                 scales.push(scale);
             }
-            values.extend(rows);
         }
+        middle::between_chords(&mut values, slice, &[1]);
         (values, RadiusReport::new(optical_radius, &convergence, &scales))
     }
 
@@ -199,11 +252,11 @@ impl<'a> Solver<'a> {
     fn emission(&self, grid: &FieldGrid, optical_radius: f64) -> (Emission, Convergence) {
         let flights = Flights::new(grid, optical_radius, &self.solid_angles);
         let arriving = |values: &[f32]| {
-            flights.arriving(grid, &Emission::new(grid, values, self.field.view_sun))
+            flights.arriving(grid, &Emission::new(grid, values, grid.size.view_sun))
         };
         // Orders 2 and 3 by themselves: their lobes are the narrowest, and their shapes are known.
         let once = self.once_scattered(grid, &flights, optical_radius);
-        let twice = self.by_shape(arriving(&self.scatter(&self.once.within, &once)));
+        let twice = self.by_shape(grid, arriving(&self.scatter(&self.once.within, &once)));
         let third = self.scatter(&self.twice.within, &twice);
         let diffusion =
             Diffusion::new(grid, optical_radius, self.albedo, self.mean_cosine, &self.solid_angles);
@@ -225,17 +278,17 @@ impl<'a> Solver<'a> {
             means.into_iter().map(|mean| 1.0 / mean.max(least)).collect()
         };
         let (values, convergence) =
-            fixed_point::iterate(third.clone(), step, weights, self.options.remainder, MOST_STEPS);
+            fixed_point::iterate(third.clone(), step, weights, self.remainder, MOST_STEPS);
         let mut out = self.scatter(&self.further.out, &arriving(&values));
         sum(&mut out, &self.scatter(&self.once.out, &once));
         sum(&mut out, &self.scatter(&self.twice.out, &twice));
-        (Emission::new(grid, &out, self.options.resolution[3]), convergence)
+        (Emission::new(grid, &out, self.views.len()), convergence)
     }
 
     /// What this light scatters, place by place.
     fn scatter(&self, rescatter: &Rescatter, light: &[f32]) -> Vec<f32> {
         let outputs = rescatter.outputs();
-        let directions = self.field.directions();
+        let directions = self.directions;
         let mut values = vec![0.0; light.len() / directions * outputs];
         values
             .par_chunks_exact_mut(outputs)
@@ -247,7 +300,7 @@ impl<'a> Solver<'a> {
     /// Light scattered once that arrives at each place from each direction, divided by the phase
     /// function.
     fn once_scattered(&self, grid: &FieldGrid, flights: &Flights, optical_radius: f64) -> Vec<f32> {
-        let size = self.field;
+        let size = grid.size;
         let step = PI / (size.azimuth - 1) as f64;
         (0..size.radius * size.zenith)
             .into_par_iter()
@@ -266,10 +319,10 @@ impl<'a> Solver<'a> {
     }
 
     /// Light divided by the shape that light scattered twice has.
-    fn by_shape(&self, mut light: Vec<f32>) -> Vec<f32> {
+    fn by_shape(&self, grid: &FieldGrid, mut light: Vec<f32>) -> Vec<f32> {
         let factors: Vec<f32> = self.twice_shape.iter().map(|s| (1.0 / s) as f32).collect();
-        for place in light.chunks_exact_mut(self.field.directions()) {
-            for (ring, factor) in place.chunks_exact_mut(self.field.azimuth).zip(&factors) {
+        for place in light.chunks_exact_mut(self.directions) {
+            for (ring, factor) in place.chunks_exact_mut(grid.size.azimuth).zip(&factors) {
                 ring.iter_mut().for_each(|l| *l *= factor);
             }
         }

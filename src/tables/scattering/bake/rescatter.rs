@@ -42,12 +42,13 @@ pub struct Rescatter {
 }
 
 impl Rescatter {
-    /// Towards `views` view-sun nodes from a direction grid of `angles` by `azimuths` nodes, for
+    /// Towards directions at the angles `views` from the sun, from a direction grid of `angles` by `azimuths` nodes, for
     /// light of the given shape. The values that [`Self::add`] takes are light divided by shape.
     pub fn new(
         phase: &Phase,
         map: &ViewSunMap,
-        [views, angles, azimuths]: [usize; 3],
+        views: &[f64],
+        [angles, azimuths]: [usize; 2],
         shape: Shape<'_>,
     ) -> Self {
         let kernel = Kernel {
@@ -58,10 +59,8 @@ impl Rescatter {
             rule: GaussRule::new(PANEL_POINTS),
             azimuths,
         };
-        let rows: Vec<Vec<f64>> = (0..views)
-            .into_par_iter()
-            .map(|view| kernel.row(map.angle(node(view, views)), shape))
-            .collect();
+        let rows: Vec<Vec<f64>> =
+            views.par_iter().map(|view| kernel.row(*view, shape)).collect();
         let last = azimuths - 1;
         let cosine =
             |mode: usize, k: usize, steps: usize| (PI * (mode * k) as f64 / steps as f64).cos();
@@ -75,7 +74,7 @@ impl Rescatter {
         let turns = fine(azimuths);
         let synthesis =
             (0..azimuths * turns).map(|i| cosine(i / turns, i % turns, turns - 1)).collect();
-        Self { views, angles, azimuths, modes: rows.concat(), analysis, synthesis }
+        Self { views: views.len(), angles, azimuths, modes: rows.concat(), analysis, synthesis }
     }
 
     /// Makes the matrix scatter exactly all light, for one whose views are the grid's own angles
@@ -208,6 +207,10 @@ fn cosine_between(a: f64, b: f64, azimuth: f64) -> f64 {
 mod tests {
     use super::*;
 
+    fn nodes(map: &ViewSunMap, count: usize) -> Vec<f64> {
+        (0..count).map(|k| map.angle(node(k, count))).collect()
+    }
+
     fn phases() -> Vec<Phase> {
         ["hg:0", "hg:0.85", "mie:20um"].iter().map(|t| t.parse().expect(t)).collect()
     }
@@ -216,7 +219,7 @@ mod tests {
     fn uniform_light_stays_uniform() {
         for phase in phases() {
             let map = ViewSunMap::for_phase(&phase);
-            let rescatter = Rescatter::new(&phase, &map, [12, 40, 9], &|_| 1.0);
+            let rescatter = Rescatter::new(&phase, &map, &nodes(&map, 12), [40, 9], &|_| 1.0);
             let mut out = vec![0.0; rescatter.outputs()];
             rescatter.add(&[1.0; 40 * 9], &mut out, 1.0);
             for (i, o) in out.iter().enumerate() {
@@ -232,7 +235,7 @@ mod tests {
         for phase in phases() {
             let map = ViewSunMap::for_phase(&phase);
             let (views, angles, azimuths) = (14, 44, 9);
-            let rescatter = Rescatter::new(&phase, &map, [views, angles, azimuths], &|_| 1.0);
+            let rescatter = Rescatter::new(&phase, &map, &nodes(&map, views), [angles, azimuths], &|_| 1.0);
             let harmonic = |angle: f64, azimuth: f64| angle.cos() + angle.sin() * azimuth.cos();
             let light: Vec<f32> = (0..angles * azimuths)
                 .map(|i| {
@@ -266,7 +269,7 @@ mod tests {
         };
         let grid = crate::tables::scattering::bake::grid::FieldGrid::new(size, map, 1.0);
         let rings = grid.ring_measures();
-        let mut rescatter = Rescatter::new(&phase, &map, [angles, angles, azimuths], &|_| 1.0);
+        let mut rescatter = Rescatter::new(&phase, &map, &nodes(&map, angles), [angles, azimuths], &|_| 1.0);
         rescatter.conserve(&rings);
         for cell in 1..angles {
             let mut light = vec![0.0; angles * azimuths];
