@@ -6,6 +6,9 @@
 mod bake;
 mod compare;
 mod info;
+mod rays;
+mod sample;
+mod verify;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -29,6 +32,10 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Show what is in a table file: shapes, parameters, bytes, measured errors
     Info(info::InfoArgs),
+    /// Answer rays through the tables, for comparison with other solvers
+    Sample(sample::SampleArgs),
+    /// Check a table file against integration, photons and closed forms; exit code 1 where one fails
+    Verify(verify::VerifyArgs),
 }
 
 fn main() -> ExitCode {
@@ -36,6 +43,8 @@ fn main() -> ExitCode {
         Command::Bake(args) => bake::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Sample(args) => sample::run(&args),
+        Command::Verify(args) => verify::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
