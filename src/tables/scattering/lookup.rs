@@ -2,9 +2,7 @@
 
 use glam::DVec3;
 
-use super::mapping::{
-    Coordinates, Geometry, RadiusMap, azimuth_coordinate, incidence_coordinate,
-};
+use super::mapping::{Coordinates, Geometry, RadiusMap, azimuth_coordinate, incidence_coordinate};
 use super::single::opacity;
 use super::{CHANNELS, ScatteringTable};
 
