@@ -13,6 +13,7 @@ mod info;
 mod progress;
 mod reference;
 mod render;
+mod render_exact;
 mod render_reference;
 mod truth;
 

@@ -212,6 +212,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     if args.truth.reference {
         return super::render_reference::run(args);
     }
+    if args.truth.exact {
+        return super::render_exact::run(args);
+    }
     let job = Job::new(args)?;
     let render = super::engine::renderer(&job, args.tables.as_deref())?;
     job.run(render)

@@ -3,6 +3,7 @@
 
 mod atmosphere_sky;
 mod develop;
+mod exact;
 mod film;
 mod fluxes;
 mod geometry;
@@ -21,6 +22,7 @@ mod world;
 
 pub use atmosphere_sky::AtmosphereSky;
 pub use develop::picture;
+pub use exact::{Exact, ExactPixel};
 pub use film::{CHANNELS, Film, Pixel};
 pub use fluxes::{SlabFluxes, slab_fluxes};
 pub use geometry::{Medium, Piece, Ray, first_collision, transmittance};
@@ -34,4 +36,4 @@ pub use statistics::{Estimate, Moments};
 pub use transport::{Flight, Matter, Seen, Surroundings, fly, look, radiance, scatter, turned};
 pub use uniform_sky::{SunDisc, UniformSky, distance_to_ground, ground_normal};
 pub use view::{Filter, Lens, View};
-pub use world::{Place, World};
+pub use world::{Densities, Place, World};

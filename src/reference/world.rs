@@ -31,8 +31,7 @@ pub enum Place {
 pub struct World {
     scene: Scene,
     shapes: Shapes,
-    /// Densities that have been needed so far, by their index in the tables.
-    made: HashMap<u32, Arc<Shape>>,
+    densities: Densities,
     /// The clouds.
     pub medium: ParticleGrid,
     /// What they are made of.
@@ -62,7 +61,7 @@ impl World {
         let mut world = Self {
             scene: scene.clone(),
             shapes: Shapes::new(tables),
-            made: HashMap::new(),
+            densities: Densities::default(),
             medium: ParticleGrid::new(Vec::new()),
             matter,
             surroundings,
@@ -74,39 +73,12 @@ impl World {
     /// Moves the clouds to another time, s.
     pub fn set_time(&mut self, time: f64) -> Result<()> {
         let particles = self.shapes.populate(&self.scene, time)?;
-        self.medium = ParticleGrid::new(self.place(&particles)?);
+        self.medium = ParticleGrid::new(self.densities.place(
+            &particles,
+            &self.shapes,
+            self.scene.camera.position,
+        )?);
         Ok(())
-    }
-
-    /// Particles of the frame in the world, with the densities of their shapes.
-    fn place(&mut self, particles: &[Particle]) -> Result<Vec<WorldParticle>> {
-        let camera = self.scene.camera.position;
-        particles
-            .iter()
-            .map(|p| {
-                let [x, y, z, w] = p.orientation.map(f64::from);
-                Ok(WorldParticle {
-                    centre: camera + DVec3::from_array(p.centre.map(f64::from)),
-                    radius: p.radius.into(),
-                    extinction: p.extinction.into(),
-                    to_own: DQuat::from_xyzw(x, y, z, w).normalize(),
-                    shape: self.shape(p.shape)?,
-                })
-            })
-            .collect()
-    }
-
-    fn shape(&mut self, index: u32) -> Result<Arc<Shape>> {
-        if let Some(shape) = self.made.get(&index) {
-            return Ok(shape.clone());
-        }
-        let name = self
-            .shapes
-            .name(index)
-            .ok_or_else(|| Error::Gpu(format!("a particle of the unknown shape {index}")))?;
-        let shape = Arc::new(Shape::new(name.parse()?));
-        self.made.insert(index, shape.clone());
-        Ok(shape)
     }
 
     /// Adds a sample to every pixel of the next rows of a picture.
@@ -116,5 +88,46 @@ impl World {
             Place::Uniform(sky) => film.expose_rows(medium, sky, matter, view, seed, rows),
             Place::Air(sky) => film.expose_rows(medium, sky.as_ref(), matter, view, seed, rows),
         }
+    }
+}
+
+/// Densities that have been needed so far, by their index in the tables.
+#[derive(Default)]
+pub struct Densities(HashMap<u32, Arc<Shape>>);
+
+impl Densities {
+    /// Particles of the frame in the world, with the densities of their shapes; `camera` is where
+    /// their places are relative to, m.
+    pub fn place(
+        &mut self,
+        particles: &[Particle],
+        shapes: &Shapes,
+        camera: DVec3,
+    ) -> Result<Vec<WorldParticle>> {
+        particles
+            .iter()
+            .map(|p| {
+                let [x, y, z, w] = p.orientation.map(f64::from);
+                Ok(WorldParticle {
+                    centre: camera + DVec3::from_array(p.centre.map(f64::from)),
+                    radius: p.radius.into(),
+                    extinction: p.extinction.into(),
+                    to_own: DQuat::from_xyzw(x, y, z, w).normalize(),
+                    shape: self.shape(p.shape, shapes)?,
+                })
+            })
+            .collect()
+    }
+
+    fn shape(&mut self, index: u32, shapes: &Shapes) -> Result<Arc<Shape>> {
+        if let Some(shape) = self.0.get(&index) {
+            return Ok(shape.clone());
+        }
+        let name = shapes
+            .name(index)
+            .ok_or_else(|| Error::Gpu(format!("a particle of the unknown shape {index}")))?;
+        let shape = Arc::new(Shape::new(name.parse()?));
+        self.0.insert(index, shape.clone());
+        Ok(shape)
     }
 }

@@ -108,3 +108,17 @@ fn what_makes_no_sense_is_refused() {
     }
     place.refuses("render --scene small.toml --spp 4 --out b.exr");
 }
+
+/// One particle: nothing overlaps, and for a uniform one the tables are exact.
+#[test]
+fn the_exact_picture_is_the_frames_where_there_is_nothing_to_get_wrong() {
+    let place = Place::new();
+    place.works("render --scene small.toml --size 24x16 --preset high --out frame.exr");
+    let run = place.works("render --scene small.toml --size 24x16 --exact --out exact.exr");
+    assert_eq!(run.out, "exact.exr\n");
+    let run = place.works("compare frame.exr exact.exr --mask --json -");
+    let json: serde_json::Value = serde_json::from_str(&run.out).expect("JSON");
+    // f32, and texture units that filter with 8 bits of fraction.
+    assert!(json["relative_rmse"].as_f64().is_some_and(|v| v < 2e-3), "{json}");
+    assert!(json["pixels"].as_u64().is_some_and(|v| v > 30), "{json}");
+}
