@@ -14,9 +14,6 @@ use rayon::prelude::*;
 /// Name under which the font is known to plotters. It comes with the program: the pictures are the
 /// same on machines without fonts.
 pub const FONT: &str = "plain";
-/// Samples along each side of a pixel of a tile: edges of spheres are smooth.
-const SUPERSAMPLES: u32 = 2;
-
 /// 8-bit RGB, from the top left.
 pub struct Canvas {
     size: [u32; 2],
@@ -55,8 +52,9 @@ impl Canvas {
         self.area().draw(&Text::new(text.to_owned(), place, style)).map_err(failed)
     }
 
-    /// Fills a tile from a function over -1..1 in x (to the right) and y (upwards).
-    pub fn fill(&mut self, tile: Tile, colour: impl Fn(f64, f64) -> [f64; 3] + Sync) {
+    /// Fills a tile from a function over -1..1 in x (to the right) and y (upwards), with so many
+    /// samples along each side of a pixel.
+    pub fn fill(&mut self, tile: Tile, samples: u32, colour: impl Fn(f64, f64) -> [f64; 3] + Sync) {
         let width = self.size[0] as usize;
         let Tile { x, y, side } = tile;
         let rows = self.pixels.par_chunks_mut(3 * width).skip(y as usize).take(side as usize);
@@ -64,18 +62,18 @@ impl Canvas {
             let pixels = line.chunks_exact_mut(3).skip(x as usize).take(side as usize);
             for (column, pixel) in pixels.enumerate() {
                 let place = |index: usize, part: u32| {
-                    let within = (f64::from(part) + 0.5) / f64::from(SUPERSAMPLES);
+                    let within = (f64::from(part) + 0.5) / f64::from(samples);
                     2.0 * (index as f64 + within) / f64::from(side) - 1.0
                 };
                 let mut sum = [0.0; 3];
-                for part in 0..SUPERSAMPLES * SUPERSAMPLES {
-                    let u = place(column, part % SUPERSAMPLES);
-                    let v = -place(row, part / SUPERSAMPLES);
+                for part in 0..samples * samples {
+                    let u = place(column, part % samples);
+                    let v = -place(row, part / samples);
                     sum.iter_mut().zip(colour(u, v)).for_each(|(s, c)| *s += c);
                 }
-                let samples = f64::from(SUPERSAMPLES * SUPERSAMPLES);
+                let count = f64::from(samples * samples);
                 for (byte, s) in pixel.iter_mut().zip(sum) {
-                    *byte = (255.0 * (s / samples).clamp(0.0, 1.0)).round() as u8;
+                    *byte = (255.0 * (s / count).clamp(0.0, 1.0)).round() as u8;
                 }
             }
         });

@@ -90,7 +90,7 @@ const CHORDS: usize = 10_000;
 const SEED: u64 = 0x706c_6f74;
 /// Central optical depths of the curves.
 const DEPTHS: [f64; 2] = [0.1, 200.0];
-const STEPS: usize = 60;
+const STEPS: usize = 40;
 
 /// Evenly spaced in the logarithm.
 fn spaced([least, most]: [f64; 2]) -> impl Iterator<Item = f64> {

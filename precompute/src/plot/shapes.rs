@@ -4,6 +4,7 @@ use cumuli::Result;
 use cumuli::medium::Shape;
 use cumuli::tables::TableSet;
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::canvas::{Canvas, Tile, grey, signed};
 
@@ -56,14 +57,19 @@ pub fn picture(tables: &TableSet, index: u32, shape: &Shape) -> Result<Canvas> {
             let view = View { tables, index, shape, extinction, dir: dir.normalize(), to };
             let x = LEFT + column as u32 * (SIDE + GAP);
             let tile = |row: u32| Tile { x, y: top + row * (SIDE + GAP), side: SIDE };
+            let found = view.grid();
+            // The same pixels for all three: the function is asked at their middles.
+            let at = |u: f64, v: f64| {
+                let index = |x: f64| (0.5 * (1.0 + x) * f64::from(SIDE)) as usize;
+                found.get(index(-v) * SIDE as usize + index(u)).copied().flatten()
+            };
             let outside = [0.9, 0.9, 0.95];
-            canvas.fill(tile(0), |u, v| view.both(u, v).map_or(outside, |[exact, _]| grey(exact)));
-            canvas.fill(tile(1), |u, v| view.both(u, v).map_or(outside, |[_, table]| grey(table)));
-            canvas.fill(tile(2), |u, v| {
-                view.both(u, v)
-                    .map_or(outside, |[exact, table]| signed((table - exact) / FULL_COLOUR))
+            canvas.fill(tile(0), 1, |u, v| at(u, v).map_or(outside, |[exact, _]| grey(exact)));
+            canvas.fill(tile(1), 1, |u, v| at(u, v).map_or(outside, |[_, table]| grey(table)));
+            canvas.fill(tile(2), 1, |u, v| {
+                at(u, v).map_or(outside, |[exact, table]| signed((table - exact) / FULL_COLOUR))
             });
-            let words = format!("{side}: RMS {:.4}", view.rms());
+            let words = format!("{side}: RMS {:.4}", rms(&found));
             canvas.text(&words, [x, top + 3 * (SIDE + GAP) - 4], 14)?;
         }
     }
@@ -98,14 +104,20 @@ impl View<'_> {
         Some([exact, table].map(|matter| (-2.0 * half * self.extinction * matter).exp()))
     }
 
-    /// Root mean square of the difference over the disc.
-    fn rms(&self) -> f64 {
-        const GRID: usize = 100;
-        let place = |i: usize| 2.0 * (i as f64 + 0.5) / GRID as f64 - 1.0;
-        let all = (0..GRID * GRID).filter_map(|i| self.both(place(i % GRID), place(i / GRID)));
-        let (sum, count) = all.fold((0.0, 0.0), |(sum, count), [exact, table]| {
-            (sum + (table - exact).powi(2), count + 1.0)
-        });
-        f64::sqrt(sum / f64::max(count, 1.0))
+    /// Both for every pixel of a tile, row by row from the top.
+    fn grid(&self) -> Vec<Option<[f64; 2]>> {
+        let side = SIDE as usize;
+        let place = |i: usize| 2.0 * (i as f64 + 0.5) / side as f64 - 1.0;
+        let pixels = (0..side * side).into_par_iter();
+        pixels.map(|i| self.both(place(i % side), -place(i / side))).collect()
     }
+}
+
+/// Root mean square of the difference over the disc.
+fn rms(found: &[Option<[f64; 2]>]) -> f64 {
+    let all = found.iter().flatten();
+    let (sum, count) = all.fold((0.0, 0.0), |(sum, count), [exact, table]| {
+        (sum + (table - exact).powi(2), count + 1.0)
+    });
+    f64::sqrt(sum / f64::max(count, 1.0))
 }

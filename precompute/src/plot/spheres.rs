@@ -23,6 +23,9 @@ const FULL_COLOUR: f64 = 0.02;
 /// Points of the quadrature in each half of a chord: 1e-6 is enough for a picture.
 const HALF_POINTS: i32 = 30;
 
+/// Samples along each side of a pixel where the spheres' edges shall be smooth.
+const EDGE_SAMPLES: u32 = 2;
+
 const SIDE: u32 = 150;
 const GAP: u32 = 8;
 const LEFT: u32 = 130;
@@ -33,7 +36,7 @@ pub fn lit(sampler: &Sampler<'_>, table: &ScatteringTable, medium: &str) -> Resu
     let title = format!("Uniform spheres in sunlight, {medium}");
     let notes = "brightness 1 - exp(-pi L), L the radiance per unit of sun irradiance; background 0.05; \
                  the sun is behind the sphere on the left, above it, behind the eye on the right";
-    grid(table, &title, notes, |ray, _| {
+    grid(table, [&title, notes], EDGE_SAMPLES, |ray| {
         let Some(ray) = ray else { return grey(srgb(shown(BACKGROUND))) };
         let sample = sampler.sample(ray);
         grey(srgb(shown(PI * sample.total() + sample.transmittance * BACKGROUND)))
@@ -46,7 +49,7 @@ pub fn errors(sampler: &Sampler<'_>, table: &ScatteringTable, medium: &str) -> R
     let notes = "as a share of all light of the ray: red +2 %, blue -2 % or more";
     let rule = double_exponential(HALF_POINTS);
     let phase = table.phase().prepare();
-    grid(table, &title, notes, |ray, _| {
+    grid(table, [&title, notes], 1, |ray| {
         let Some(ray) = ray else { return [0.9, 0.9, 0.95] };
         let sample = sampler.sample(ray);
         let chord = -2.0 * ray.entry.dot(ray.dir);
@@ -65,9 +68,9 @@ fn shown(light: f64) -> f64 {
 /// A tile for each optical radius and angle; the colour of a ray, or of none beside the sphere.
 fn grid(
     table: &ScatteringTable,
-    title: &str,
-    notes: &str,
-    colour: impl Fn(Option<&SampleRay>, f64) -> [f64; 3] + Sync,
+    [title, notes]: [&str; 2],
+    samples: u32,
+    colour: impl Fn(Option<&SampleRay>) -> [f64; 3] + Sync,
 ) -> Result<Canvas> {
     let [least, most] = table.optical_radius_range();
     let mut radii: Vec<f64> =
@@ -92,15 +95,15 @@ fn grid(
             let (sin, cos) = angle.to_radians().sin_cos();
             // The eye looks along z, the sun is turned from there upwards.
             let sun = DVec3::new(0.0, sin, cos);
-            canvas.fill(tile, |u, v| {
+            canvas.fill(tile, samples, |u, v| {
                 let (x, y) = (1.04 * u, 1.04 * v);
                 let across = x * x + y * y;
                 if across >= 1.0 {
-                    return colour(None, 0.0);
+                    return colour(None);
                 }
                 let entry = DVec3::new(x, y, -(1.0 - across).sqrt());
                 let ray = SampleRay { entry, dir: DVec3::Z, sun, optical_radius, part: [0.0, 1.0] };
-                colour(Some(&ray), across.sqrt())
+                colour(Some(&ray))
             });
         }
     }
