@@ -1,6 +1,8 @@
 //! The command line of precompute: what it writes, says and refuses.
 
 mod bake;
+mod hostile;
+mod plot;
 mod resume;
 mod sample;
 mod verify;
