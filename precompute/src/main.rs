@@ -6,6 +6,7 @@
 mod bake;
 mod compare;
 mod info;
+mod plot;
 mod rays;
 mod sample;
 mod verify;
@@ -32,6 +33,8 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Show what is in a table file: shapes, parameters, bytes, measured errors
     Info(info::InfoArgs),
+    /// Draw a table file: shapes, errors, lit spheres, curves
+    Plot(plot::PlotArgs),
     /// Answer rays through the tables, for comparison with other solvers
     Sample(sample::SampleArgs),
     /// Check a table file against integration, photons and closed forms; exit code 1 where one fails
@@ -43,6 +46,7 @@ fn main() -> ExitCode {
         Command::Bake(args) => bake::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Plot(args) => plot::run(&args),
         Command::Sample(args) => sample::run(&args),
         Command::Verify(args) => verify::run(&args),
     };

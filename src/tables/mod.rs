@@ -6,6 +6,7 @@ pub mod description;
 mod file;
 pub mod fingerprint;
 mod gpu;
+mod header;
 pub mod optical_depth;
 mod parts;
 pub mod progress;

@@ -2,12 +2,12 @@
 
 mod depth;
 mod device;
-mod draws;
-mod energy;
-mod monte_carlo;
-mod order;
+pub mod draws;
+pub mod energy;
+pub mod monte_carlo;
+pub mod order;
 pub mod quadrature;
-pub mod row;
+mod row;
 
 use std::path::PathBuf;
 
@@ -105,8 +105,8 @@ impl Effort {
     }
 }
 
-/// A medium in a row's name.
-fn medium(table: &ScatteringTable) -> String {
+/// A medium in the name of a row or a picture.
+pub fn medium(table: &ScatteringTable) -> String {
     if table.albedo() == 1.0 {
         table.phase().to_string()
     } else {

@@ -2,6 +2,7 @@
 
 use cumuli::reference::Random;
 use cumuli::tables::ScatteringTable;
+use cumuli::tables::sample::SampleRay;
 use cumuli::tables::scattering::mapping::Geometry;
 use cumuli::tables::scattering::reference::trace;
 use rayon::prelude::*;
@@ -28,22 +29,28 @@ pub fn rows(table: &ScatteringTable, effort: &Effort, step: impl Fn() + Sync) ->
     radii.into_iter().map(of_radius).collect()
 }
 
+/// Radiance of a ray by traced paths, and its standard error.
+pub fn traced(table: &ScatteringTable, ray: &SampleRay, paths: u64, seed: u64) -> [f64; 2] {
+    let (phase, radius) = (table.phase(), ray.optical_radius);
+    let geometry = Geometry::of(ray.entry, ray.dir, ray.sun);
+    let traced = trace(phase, table.albedo(), &geometry, radius, paths, seed);
+    let opaque = -(2.0 * radius * ray.entry.dot(ray.dir)).exp_m1();
+    let p = phase.eval(ray.dir.dot(ray.sun));
+    [p * traced.single + traced.multiple.mean, traced.multiple.error].map(|light| opaque * light)
+}
+
 fn compare(table: &ScatteringTable, radius: f64, number: u64, effort: &Effort) -> Worst {
     let phase = table.phase();
     let mut random = Random::new(effort.seed, 3, number);
     let ray = draws::lit_ray(phase, radius, number, &mut random);
-    let geometry = Geometry::of(ray.entry, ray.dir, ray.sun);
     let seed = effort.seed ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ radius.to_bits();
-    let traced = trace(phase, table.albedo(), &geometry, radius, effort.paths, seed);
+    let [expected, noise] = traced(table, &ray, effort.paths, seed);
     let opaque = -(2.0 * radius * ray.entry.dot(ray.dir)).exp_m1();
-    let p = phase.eval(ray.dir.dot(ray.sun));
     let [once, more] = table.lookup(ray.entry, ray.dir, ray.sun, radius);
-    let expected = opaque * (p * traced.single + traced.multiple.mean);
-    let got = opaque * (p * once + more);
-    let noise = opaque * traced.multiple.error / expected;
+    let got = opaque * (phase.eval(ray.dir.dot(ray.sun)) * once + more);
     let mut worst = Worst::NONE;
     if expected > 0.0 {
-        let tolerance = RADIANCE.max(effort.deviations * noise);
+        let tolerance = RADIANCE.max(effort.deviations * noise / expected);
         worst.add([expected, got], (got / expected - 1.0).abs(), tolerance);
     } else {
         // Albedo 0: no light, and none may be invented.

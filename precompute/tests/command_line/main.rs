@@ -1,6 +1,8 @@
 //! The command line of precompute: what it writes, says and refuses.
 
 mod bake;
+mod hostile;
+mod plot;
 mod resume;
 mod sample;
 mod verify;
@@ -18,7 +20,7 @@ const SMALL: &[&str] = &[
     "--albedo=0.9",
     "--scattering=2,4,4,4",
     "--optical-radius=0.5,2",
-    "--events=20000",
+    "--remainder=0.01",
 ];
 
 /// The tables that are built into cumuli.
