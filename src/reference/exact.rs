@@ -9,7 +9,7 @@ use super::grid::ParticleGrid;
 use super::particles::WorldParticle;
 use super::world::Densities;
 use crate::Result;
-use crate::frame::cpu::blend::{ChordInputs, Composed, mean_scatter_fraction};
+use crate::frame::cpu::blend::{ChordInputs, Composed, STEPS, mean_scatter_fraction};
 use crate::frame::cpu::lighting::{ChordLight, RayLight};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::gpu_data::{Particle, ParticleLight};
@@ -217,7 +217,7 @@ fn compose_piece(
         .iter()
         .filter(|c| !c.particle.shape.volume().is_empty())
         .fold(f64::INFINITY, |finest, c| finest.min(c.particle.radius * VOLUME_CELL));
-    let steps = ((to - from) * STEPS_A_CELL / finest).ceil().max(1.0);
+    let steps = ((to - from) * STEPS_A_CELL / finest).ceil().max(f64::from(STEPS));
     let step = (to - from) / steps;
     for i in 0..steps as usize {
         let begin = from + step * i as f64;

@@ -1,17 +1,26 @@
 //! The blend pass on the device, against its twin with as many open chords and against a
 //! compositor that keeps all of them; with random particles and random light.
 
+use std::sync::LazyLock;
+
 use bytemuck::Zeroable;
 use cumuli::frame::cpu::atmosphere::distance_to_ground;
 use cumuli::frame::cpu::blend::{Chord, ChordInputs, Composed, compose, compose_exactly};
-use cumuli::frame::gpu_data::{FrameUniforms, Particle, ParticleLight};
+use cumuli::frame::cpu::light_grid::FieldSeen;
+use cumuli::frame::gpu_data::{
+    FrameUniforms, GridLevel, LightGridUniforms, Particle, ParticleLight,
+};
+use cumuli::frame::light_grid::{GridMedium, LightGridPass, Spreads};
 use cumuli::frame::sky::{SkyInputs, SkyKind, SkyPass};
 use cumuli::gpu::{Kernel, ShaderLibrary, buffers};
-use cumuli::medium::Phase;
+use cumuli::medium::halo::{HALO_COLUMNS, HALO_ROWS};
+use cumuli::medium::{Halo, Phase};
 use cumuli::reference::Random;
 use cumuli::shader_file;
 use cumuli::tables::TablesGpu;
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DQuat, DVec3, DVec4, Vec3};
+use half::f16;
+use wgpu::util::DeviceExt;
 
 use crate::{GPU, TABLES, alone};
 
@@ -19,10 +28,15 @@ const SIZE: [u32; 2] = [40, 32];
 const PENDING: [u32; 4] = [2, 4, 8, 16];
 const PHASE: Phase = Phase::Mie { diameter_um: 20.0 };
 
+/// No halo: it is taken once a piece, so that it would differ between compositors.
+static HALO: LazyLock<Halo> =
+    LazyLock::new(|| Halo { factors: vec![1.0; HALO_ROWS * HALO_COLUMNS] });
+
 /// Particles with their light, nearest first, as a screen tile lists them.
 struct Cloud {
     particles: Vec<Particle>,
     lights: Vec<ParticleLight>,
+    field: FieldSeen,
     /// m; with ground where it is above 0.
     altitude: f64,
 }
@@ -31,18 +45,22 @@ struct Device {
     kernels: Vec<Kernel>,
     tables: TablesGpu,
     sky: SkyPass,
+    grid: LightGridPass,
 }
 
 impl Device {
     fn new(library: &ShaderLibrary, pending: &[u32]) -> Self {
         let tables = TablesGpu::new(&GPU, &TABLES, &PHASE, 1.0).expect("tables");
         let sky = SkyPass::new(&GPU, library).expect("a sky");
-        let groups = [tables.layout(), sky.layout()];
+        let spreads = Spreads(vec![1.0; 6]);
+        let medium = GridMedium { spreads: &spreads, halo: &HALO, albedo: 1.0 };
+        let grid = LightGridPass::new(&GPU, library, &medium).expect("a light grid");
+        let groups = [tables.layout(), sky.layout(), grid.layout()];
         let kernel = |pending: &u32| {
             let file = shader_file!("frame/blend.wgsl");
             Kernel::new(&GPU, library, file, &[("PENDING", *pending)], &groups).expect("a kernel")
         };
-        Self { kernels: pending.iter().map(kernel).collect(), tables, sky }
+        Self { kernels: pending.iter().map(kernel).collect(), tables, sky, grid }
     }
 
     /// Radiance and transmittance, and distance, of every pixel.
@@ -98,6 +116,7 @@ impl Device {
             .map(|buffer| buffer.as_entire_binding())
             .chain(views.iter().map(wgpu::BindingResource::TextureView))
             .collect();
+        let field = field_on_device(&self.grid, &cloud.field);
         let kernel = &self.kernels[kernel];
         let bindings = kernel.bind(gpu, &resources);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -108,6 +127,7 @@ impl Device {
             pass.set_bind_group(0, &bindings, &[]);
             pass.set_bind_group(1, self.tables.bind_group(), &[]);
             pass.set_bind_group(2, self.sky.bind_group(), &[]);
+            pass.set_bind_group(3, &field, &[]);
             pass.dispatch_workgroups(frame.tiles[0], frame.tiles[1], 1);
         }
         gpu.queue.submit([encoder.finish()]);
@@ -127,7 +147,7 @@ fn frame(altitude: f64) -> FrameUniforms {
         tiles: SIZE.map(|s| s.div_ceil(8)),
         camera_altitude: altitude as f32,
         albedo: 1.0,
-        mean_cosine: PHASE.mean_cosine() as f32,
+        delta_scale: 0.45,
         has_ground: u32::from(altitude > 0.0),
         ..FrameUniforms::zeroed()
     }
@@ -163,11 +183,14 @@ fn cloud(recipe: &Recipe, seed: u64) -> Cloud {
             let light = ParticleLight {
                 sun_front: four(2.0),
                 sun_behind: four(2.0),
-                zenith_front: four(2.0),
-                zenith_behind: four(2.0),
                 sun_irradiance: four(1.0).map(f32::abs),
                 ambient_above: four(0.1).map(f32::abs),
                 ambient_below: four(0.1).map(f32::abs),
+            };
+            // Depths to the sun that stay above 0 over the whole particle: linear along chords.
+            let light = ParticleLight {
+                sun_front: [3.5, light.sun_front[1], light.sun_front[2], light.sun_front[3]],
+                ..light
             };
             let orientation = DQuat::from_array(four(1.0).map(f64::from)).normalize().as_quat();
             let offset = DVec3::from_slice(&four(1.0).map(f64::from)) * recipe.spread;
@@ -190,19 +213,90 @@ fn cloud(recipe: &Recipe, seed: u64) -> Cloud {
     let key = |p: &Particle| (Vec3::from(p.centre).length() - p.radius).max(0.0);
     made.sort_by(|a, b| key(&a.0).total_cmp(&key(&b.0)));
     let (particles, lights) = made.into_iter().unzip();
-    Cloud { particles, lights, altitude: recipe.altitude }
+    Cloud { particles, lights, field: field(recipe), altitude: recipe.altitude }
+}
+
+/// A light field over the whole of a recipe's cloud that rises from corner to corner: linear, so that
+/// what is left between the compositors is how they order matter.
+fn field(recipe: &Recipe) -> FieldSeen {
+    let reach = 2.0 * (recipe.spread + recipe.radii[1]);
+    let low = (recipe.centre - reach).as_vec3();
+    let side = (2.0 * reach / f64::from(FIELD_CELLS)) as f32;
+    let cells = FIELD_CELLS.pow(3);
+    let mut uniforms = LightGridUniforms { levels: 1, cells, ..LightGridUniforms::zeroed() };
+    uniforms.level[0] = GridLevel {
+        low: low.extend(0.0).to_array(),
+        cell: [side, side, side, 0.0],
+        size: [FIELD_CELLS, FIELD_CELLS, FIELD_CELLS, 0],
+    };
+    let cell = |i: u32| {
+        let at = [i % FIELD_CELLS, i / FIELD_CELLS % FIELD_CELLS, i / FIELD_CELLS.pow(2)];
+        let [x, y, z] = at.map(f64::from);
+        // Multiples of 2^-6: f16 holds them exactly.
+        DVec4::new((1.0 + x) / 64.0, y / 16.0, 1.0, 2.0 + z / 4.0)
+    };
+    FieldSeen::new(uniforms, (0..cells).map(cell).collect(), DVec3::ZERO)
+}
+
+/// Cells of the field along each axis.
+const FIELD_CELLS: u32 = 8;
+
+fn field_on_device(grid: &LightGridPass, field: &FieldSeen) -> wgpu::BindGroup {
+    let gpu = &*GPU;
+    let texels: Vec<f16> = field
+        .cells()
+        .iter()
+        .flat_map(|cell| cell.to_array().map(f16::from_f64))
+        .collect();
+    let texture = gpu.device.create_texture_with_data(
+        &gpu.queue,
+        &wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d {
+                width: FIELD_CELLS,
+                height: FIELD_CELLS,
+                depth_or_array_layers: FIELD_CELLS,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D3,
+            format: wgpu::TextureFormat::Rgba16Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        },
+        wgpu::util::TextureDataOrder::LayerMajor,
+        bytemuck::cast_slice(&texels),
+    );
+    let uniforms = buffers::uniform(gpu, "light grid", field.uniforms());
+    let matter = buffers::storage(gpu, "matter", field.cells().len(), 4);
+    grid.bind(gpu, &uniforms, &texture.create_view(&Default::default()), &matter)
+}
+
+/// What the chords of a pixel are lit by.
+fn inputs<'a>(frame: &'a FrameUniforms, cloud: &'a Cloud) -> ChordInputs<'a> {
+    ChordInputs {
+        frame,
+        tables: &TABLES,
+        scattering: TABLES.scattering_for(&PHASE, 1.0).expect("built in"),
+        phase: PHASE.prepare(),
+        halo: &HALO,
+        field: &cloud.field,
+    }
+}
+
+fn pixel_direction(frame: &FrameUniforms, i: u32) -> DVec3 {
+    let axis = |v: [f32; 4]| Vec3::from_slice(&v).as_dvec3();
+    let [x, y] = [i % SIZE[0], i / SIZE[0]];
+    let ndc = |at: u32, size: u32| (f64::from(at) + 0.5) / f64::from(size) * 2.0 - 1.0;
+    let (x, y) = (ndc(x, SIZE[0]), ndc(y, SIZE[1]));
+    (axis(frame.forward) + x * axis(frame.right) - y * axis(frame.up)).normalize()
 }
 
 /// The chords of every pixel.
 fn chords(frame: &FrameUniforms, cloud: &Cloud) -> Vec<Vec<Chord>> {
-    let scattering = TABLES.scattering_for(&PHASE, 1.0).expect("built in");
-    let inputs = ChordInputs { frame, tables: &TABLES, scattering, phase: PHASE.prepare() };
-    let axis = |v: [f32; 4]| Vec3::from_slice(&v).as_dvec3();
+    let inputs = inputs(frame, cloud);
     let pixel = |i: u32| {
-        let [x, y] = [i % SIZE[0], i / SIZE[0]];
-        let ndc = |at: u32, size: u32| (f64::from(at) + 0.5) / f64::from(size) * 2.0 - 1.0;
-        let (x, y) = (ndc(x, SIZE[0]), ndc(y, SIZE[1]));
-        let dir = (axis(frame.forward) + x * axis(frame.right) - y * axis(frame.up)).normalize();
+        let dir = pixel_direction(frame, i);
         let ground =
             if cloud.altitude > 0.0 { distance_to_ground(cloud.altitude, dir.y) } else { -1.0 };
         let far = if ground >= 0.0 { ground } else { 1e30 };
@@ -280,7 +374,13 @@ fn blend_does_what_its_twin_does() {
         let frame = frame(cloud.altitude);
         let chords = chords(&frame, &cloud);
         for (kernel, pending) in pending.into_iter().enumerate() {
-            let twin: Vec<_> = chords.iter().map(|c| compose(c, pending as usize, 0.0)).collect();
+            let twin: Vec<_> = (0..)
+                .zip(&chords)
+                .map(|(i, c)| {
+                    let dir = pixel_direction(&frame, i);
+                    compose(c, &inputs(&frame, &cloud).ray(dir), pending as usize, 0.0)
+                })
+                .collect();
             let off = errors(&device.blend(kernel, &frame, &cloud), &twin);
             println!("{name}, {pending} open chords, against the twin: {off:?}");
             assert!(off.transmittance < TWIN.transmittance, "{name} {pending}: {off:?}");
@@ -326,7 +426,12 @@ fn blend_approaches_the_exact_compositor() {
         let cloud = cloud(&recipe, 8);
         let frame = frame(cloud.altitude);
         let chords = chords(&frame, &cloud);
-        let exact: Vec<_> = chords.iter().map(|c| compose_exactly(c)).collect();
+        let exact: Vec<_> = (0..)
+            .zip(&chords)
+            .map(|(i, c)| {
+                compose_exactly(c, &inputs(&frame, &cloud).ray(pixel_direction(&frame, i)))
+            })
+            .collect();
         let most = chords.iter().map(Vec::len).max().unwrap_or(0);
         for (kernel, pending) in PENDING.into_iter().enumerate() {
             let off = errors(&device.blend(kernel, &frame, &cloud), &exact);

@@ -1,12 +1,16 @@
 //! Light at the particles against sums over all particles, without lists, in double precision.
 
+use bytemuck::Zeroable;
 use cumuli::frame::cpu;
-use cumuli::frame::gpu_data::{LightView, Particle, ParticleLight};
+use cumuli::frame::cpu::lighting::aloneness;
+use cumuli::frame::gpu_data::{GridLevel, LightGridUniforms, LightView, Particle, ParticleLight};
 use cumuli::frame::light::LightPass;
+use cumuli::frame::light_grid::{GridMedium, LightGridPass, Spreads};
 use cumuli::frame::sky::{SkyInputs, SkyKind, SkyPass};
 use cumuli::frame::view::{Bounds, light_view};
 use cumuli::gpu::buffers;
-use cumuli::medium::Phase;
+use cumuli::medium::halo::{HALO_COLUMNS, HALO_ROWS};
+use cumuli::medium::{Halo, Phase};
 use cumuli::scene::Camera;
 use cumuli::tables::TablesGpu;
 use glam::{DQuat, DVec3, Vec3};
@@ -70,8 +74,13 @@ fn on_device(
 ) -> (Vec<ParticleLight>, Vec<u32>) {
     let sky = Sky::uniform(cpu::light_project::axis(view.towards)).pass;
     let tables = tables_on_device();
-    let pass =
-        LightPass::new(gpu(), library(), tables.layout(), sky.layout()).expect("the light pass");
+    let halo = Halo { factors: vec![1.0; HALO_ROWS * HALO_COLUMNS] };
+    let spreads = Spreads(vec![1.0]);
+    let medium = GridMedium { spreads: &spreads, halo: &halo, albedo: 1.0 };
+    let grid = LightGridPass::new(gpu(), library(), &medium).expect("the light grid");
+    let groups = [tables.layout(), sky.layout(), grid.layout()];
+    let pass = LightPass::new(gpu(), library(), &groups).expect("the light pass");
+    let field = empty_field(&grid);
     let frame = frame(
         &Camera { position: DVec3::ZERO, target: DVec3::NEG_Z, ..Camera::default() },
         [64, 48],
@@ -90,8 +99,29 @@ fn on_device(
         &screen,
         &lights,
     );
-    submit(|compute| pass.encode(compute, &job, tables.bind_group(), sky.bind_group()));
+    let groups = [tables.bind_group(), sky.bind_group(), &field];
+    submit(|compute| pass.encode(compute, &job, groups));
     (gpu().read_buffer(&lights, particles.len()).expect("the light"), order)
+}
+
+/// A light field of one cell without matter: nothing crowds there.
+fn empty_field(grid: &LightGridPass) -> wgpu::BindGroup {
+    let mut uniforms = LightGridUniforms { levels: 1, cells: 1, ..LightGridUniforms::zeroed() };
+    uniforms.level[0] =
+        GridLevel { low: [-1e4; 4], cell: [2e4; 4], size: [1, 1, 1, 0] };
+    let texture = gpu().device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D3,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    let uniforms = buffers::uniform(gpu(), "light grid", &uniforms);
+    let matter = buffers::storage(gpu(), "matter", 1, 4);
+    grid.bind(gpu(), &uniforms, &texture.create_view(&Default::default()), &matter)
 }
 
 /// Worst and root mean square difference.
@@ -102,10 +132,10 @@ struct Errors {
 
 /// Compares the affine optical depths of all particles in view; the camera looks along -Z from
 /// the origin.
-fn compare(particles: &[Particle], towards: DVec3, is_sun: bool, samples: u32) -> Errors {
+fn compare(particles: &[Particle], towards: DVec3, samples: u32) -> Errors {
     let reach = DVec3::splat(2500.0);
     let bounds = Bounds { low: -reach, high: reach, detail: 90.0 };
-    let view = light_view(towards, is_sun, &bounds, DVec3::ZERO, samples);
+    let view = light_view(towards, &bounds, DVec3::ZERO, samples);
     let none = <ParticleLight as bytemuck::Zeroable>::zeroed();
     let (lights, order) = on_device(particles, &view, &vec![none; particles.len()]);
     assert!(order.len() > 50 && order.len() < particles.len(), "{} in view", order.len());
@@ -119,17 +149,14 @@ fn compare(particles: &[Particle], towards: DVec3, is_sun: bool, samples: u32) -
             continue;
         }
         let sky = [SKY_RADIANCE; 3];
-        let (front, behind) = if is_sun {
-            assert_eq!(light.sun_irradiance, [SUN_IRRADIANCE, SUN_IRRADIANCE, SUN_IRRADIANCE, 1.0]);
-            assert_eq!([light.zenith_front, light.zenith_behind], [[0.0; 4]; 2]);
-            (light.sun_front, light.sun_behind)
-        } else {
-            assert_eq!(light.ambient_above[..3], sky);
-            assert_eq!(light.ambient_below[..3], sky);
-            assert_eq!(light.ambient_above[3], 1.0);
-            assert_eq!([light.sun_front, light.sun_behind], [[0.0; 4]; 2]);
-            (light.zenith_front, light.zenith_behind)
-        };
+        assert_eq!(light.sun_irradiance, [SUN_IRRADIANCE, SUN_IRRADIANCE, SUN_IRRADIANCE, 1.0]);
+        assert_eq!(light.ambient_above[..3], sky);
+        assert_eq!(light.ambient_below[..3], sky);
+        let others = f64::from(light.sun_front[0]) + f64::from(light.sun_behind[0]);
+        let alone = aloneness(particles[i].optical_radius.into(), others, 0.0);
+        // Smoothstep in f32 between 0 and 1.
+        assert!((f64::from(light.ambient_below[3]) - alone).abs() < 1e-5, "{i}: {alone}");
+        let (front, behind) = (light.sun_front, light.sun_behind);
         let own = &particles[i];
         let centre = DVec3::from(own.centre.map(f64::from));
         let taken: Vec<_> = points
@@ -168,8 +195,8 @@ const SUN: DVec3 = DVec3::new(0.05, 0.95, 0.3);
 fn uniform_particles_shade_each_other_exactly() {
     let particles = scene(1, 70);
     for samples in [1, 2, 4, 8] {
-        for (towards, is_sun) in [(SUN.normalize(), true), (DVec3::Y, false)] {
-            let errors = compare(&particles, towards, is_sun, samples);
+        for towards in [SUN.normalize(), DVec3::Y] {
+            let errors = compare(&particles, towards, samples);
             // Places of 2000 m are rounded to 1e-4 m. On a line that grazes a sphere of 150 m
             // that makes sqrt(2 x 150 x 1e-4) = 0.17 m of half a chord, 0.007 of optical depth at
             // 0.02 / m; the fit magnifies it by 3 / 0.77. Such lines are
@@ -184,7 +211,7 @@ fn uniform_particles_shade_each_other_exactly() {
 fn shaped_particles_shade_each_other_by_the_tables() {
     let particles = scene(tables().shape_names().count() as u32, 71);
     for samples in [1, 4, 8] {
-        let errors = compare(&particles, SUN.normalize(), true, samples);
+        let errors = compare(&particles, SUN.normalize(), samples);
         // Filtering hardware places a fetch to 1/256 of a texel: the table's twin test allows for
         // 0.004 of mean density x chord in radii and 0.02 of a share. With optical radii up to 3
         // and ten particles on a line, and the magnification of the fit, up to 0.3.
@@ -198,7 +225,7 @@ fn light_of_this_epoch_stays() {
     let particles = scene(1, 72);
     let reach = DVec3::splat(2500.0);
     let bounds = Bounds { low: -reach, high: reach, detail: 90.0 };
-    let view = light_view(SUN.normalize(), true, &bounds, DVec3::ZERO, 2);
+    let view = light_view(SUN.normalize(), &bounds, DVec3::ZERO, 2);
     // Every other particle was lit in this epoch, which is 1 (see `frame`), the rest earlier.
     let mark = |epoch: f32| ParticleLight {
         sun_front: [7.5; 4],
@@ -223,7 +250,7 @@ fn dense_clumps_stay_finite_and_dark() {
     }
     let reach = DVec3::splat(2500.0);
     let bounds = Bounds { low: -reach, high: reach, detail: 90.0 };
-    let view = light_view(SUN.normalize(), true, &bounds, DVec3::ZERO, 1);
+    let view = light_view(SUN.normalize(), &bounds, DVec3::ZERO, 1);
     let none = <ParticleLight as bytemuck::Zeroable>::zeroed();
     let (lights, order) = on_device(&particles, &view, &vec![none; particles.len()]);
     let towards = cpu::light_project::axis(view.towards);

@@ -4,6 +4,7 @@
 mod common;
 mod growth;
 mod light;
+mod light_grid;
 mod noise;
 mod numerics;
 mod pictures;

@@ -152,7 +152,7 @@ fn light_tiles_list_what_their_lines_meet() {
     let bounds = Bounds { low: camera - spread, high: camera + spread, detail: 60.0 };
     let frame = frame(&Camera::default(), [64, 64]);
     for sun in [DVec3::Y, DVec3::new(0.5, 0.7, -0.4), DVec3::new(1.0, 0.02, 0.3)] {
-        let view = light_view(sun.normalize(), true, &bounds, camera, 4);
+        let view = light_view(sun.normalize(), &bounds, camera, 4);
         let (lists, _, order) = Population::new(&frame, &particles).light(&view);
         let lists = read_lists(&lists);
         let mut met = 0;

@@ -50,7 +50,7 @@ fn compare(particles: &[Particle], sun: DVec3) -> (f64, f64) {
     // All of them, relative to the camera, within these.
     let (low, high) = (DVec3::new(-2000.0, 200.0, -2000.0), DVec3::new(2000.0, 2000.0, 2000.0));
     let bounds = Bounds { low: camera + low, high: camera + high, detail: 90.0 };
-    let view = light_view(sun, true, &bounds, camera, 1);
+    let view = light_view(sun, &bounds, camera, 1);
     let maps = shadow_uniforms(camera, &bounds, RESOLUTION);
     let tables_gpu = tables_on_device();
     let pass = ShadowPass::new(gpu(), library(), tables_gpu.layout()).expect("the shadow pass");

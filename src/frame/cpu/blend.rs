@@ -252,7 +252,7 @@ pub fn compose(chords: &[Chord], ray: &RayLight<'_>, pending: usize, stop: f64) 
 /// Steps that a piece between two events is cut into. Within a step the chords' matter counts as
 /// mixed evenly; with uniform particles it is, with noise shapes the error falls with the square
 /// of the steps.
-const STEPS: u32 = 32;
+pub const STEPS: u32 = 32;
 
 /// Composes all chords, in small steps of every piece between two events, to the end.
 pub fn compose_exactly(chords: &[Chord], ray: &RayLight<'_>) -> Composed {

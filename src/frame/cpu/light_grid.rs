@@ -466,6 +466,21 @@ const DEEPEST: f64 = 80.0;
 const FADE_CELLS: f64 = 3.0;
 
 impl FieldSeen {
+    /// With these values in the cells, seen from an eye relative to the anchor (m).
+    pub fn new(uniforms: LightGridUniforms, field: Vec<DVec4>, eye: DVec3) -> Self {
+        Self { uniforms, field, eye }
+    }
+
+    /// Where the cells lie.
+    pub fn uniforms(&self) -> &LightGridUniforms {
+        &self.uniforms
+    }
+
+    /// The cells, level after level.
+    pub fn cells(&self) -> &[DVec4] {
+        &self.field
+    }
+
     /// At a point relative to the eye: light of the three kinds, and scaled optical depth to the sun.
     pub fn at(&self, point: DVec3) -> DVec4 {
         let point = point + self.eye;

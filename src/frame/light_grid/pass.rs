@@ -140,6 +140,33 @@ impl LightGridPass {
         &self.layout
     }
 
+    /// Binds a field for passes that read it: `LightGridUniforms`, the texture, and the extinction
+    /// (1/m) of every cell.
+    pub fn bind(
+        &self,
+        gpu: &Gpu,
+        uniforms: &wgpu::Buffer,
+        field: &wgpu::TextureView,
+        matter: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        let resources = [
+            uniforms.as_entire_binding(),
+            wgpu::BindingResource::TextureView(field),
+            wgpu::BindingResource::Sampler(&self.sampler),
+            self.halo.as_entire_binding(),
+            matter.as_entire_binding(),
+        ];
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("light field"),
+            layout: &self.layout,
+            entries: &entries,
+        })
+    }
+
     fn job(
         &self,
         gpu: &Gpu,
@@ -209,23 +236,7 @@ impl LightGridPass {
                 wgpu::BindingResource::TextureView(&view),
             ],
         );
-        let read = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("light field"),
-            layout: &self.layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() },
-                wgpu::BindGroupEntry {
-                    binding: 1,
-                    resource: wgpu::BindingResource::TextureView(&view),
-                },
-                wgpu::BindGroupEntry {
-                    binding: 2,
-                    resource: wgpu::BindingResource::Sampler(&self.sampler),
-                },
-                wgpu::BindGroupEntry { binding: 3, resource: self.halo.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 4, resource: extinction.as_entire_binding() },
-            ],
-        });
+        let read = self.bind(gpu, &uniforms, &view, &extinction);
         let rings =
             (columns > 0)
             .then(|| passes.rings.job(gpu, &passes.lists.scan, columns, &particles, &count));

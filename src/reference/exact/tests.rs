@@ -1,10 +1,11 @@
 use bytemuck::Zeroable;
-use glam::DQuat;
+use glam::{DQuat, DVec4};
 
 use super::*;
 use crate::frame::cpu::blend::{compose, compose_exactly};
-use crate::frame::gpu_data::FrameUniforms;
-use crate::medium::Phase;
+use crate::frame::cpu::light_grid::FieldSeen;
+use crate::frame::gpu_data::{FrameUniforms, GridLevel, LightGridUniforms};
+use crate::medium::{Halo, Phase, Truncation};
 use crate::reference::Random;
 use crate::tables::TableSet;
 
@@ -22,11 +23,15 @@ fn cloud(tables: &TableSet, noise: bool) -> (Vec<Particle>, Vec<ParticleLight>) 
             let light = ParticleLight {
                 sun_front: four(1.0),
                 sun_behind: four(1.0),
-                zenith_front: four(1.0),
-                zenith_behind: four(1.0),
                 sun_irradiance: four(1.0).map(f32::abs),
                 ambient_above: four(0.1).map(f32::abs),
                 ambient_below: four(0.1).map(f32::abs),
+            };
+            // Depths to the sun stay above 0 over the whole particle; none is alone.
+            let light = ParticleLight {
+                sun_front: [3.0, light.sun_front[1], light.sun_front[2], light.sun_front[3]],
+                ambient_below: [light.ambient_below[0], 0.05, 0.05, 0.0],
+                ..light
             };
             let (radius, extinction) = (40.0 + 80.0 * signed().abs(), 0.02 * signed().abs());
             let shape = if noise { 1 + id % 5 } else { 0 };
@@ -35,6 +40,32 @@ fn cloud(tables: &TableSet, noise: bool) -> (Vec<Particle>, Vec<ParticleLight>) 
             (Particle { centre, radius, orientation, extinction, shape, id, optical_radius }, light)
         })
         .unzip()
+}
+
+fn uniforms() -> FrameUniforms {
+    let truncation = Truncation::new(&PHASE);
+    FrameUniforms {
+        sun: [0.6, 0.64, 0.48, 0.0],
+        albedo: 1.0,
+        delta_scale: truncation.scale(1.0) as f32,
+        halo_share: truncation.peak_depth(1.0) as f32,
+        ..FrameUniforms::zeroed()
+    }
+}
+
+/// A light field over the clouds that rises from corner to corner.
+fn field() -> FieldSeen {
+    let mut uniforms = LightGridUniforms { levels: 1, cells: 512, ..LightGridUniforms::zeroed() };
+    uniforms.level[0] = GridLevel {
+        low: [-400.0, -400.0, -1000.0, 0.0],
+        cell: [100.0, 100.0, 100.0, 0.0],
+        size: [8, 8, 8, 0],
+    };
+    let cell = |i: u32| {
+        let [x, y, z] = [i % 8, i / 8 % 8, i / 64].map(f64::from);
+        DVec4::new(0.01 * (1.0 + x), 0.1 * y, 1.0, 2.0 + 0.3 * z)
+    };
+    FieldSeen::new(uniforms, (0..512).map(cell).collect(), DVec3::ZERO)
 }
 
 fn scene() -> Scene {
@@ -54,14 +85,16 @@ fn uniform_particles_as_the_other_compositor_has_them() {
     let tables = TableSet::embedded().expect("tables");
     let scattering = tables.scattering_for(&PHASE, 1.0).expect("built in");
     let (particles, lights) = cloud(&tables, false);
-    let frame = FrameUniforms {
-        sun: [0.6, 0.64, 0.48, 0.0],
-        albedo: 1.0,
-        mean_cosine: PHASE.mean_cosine() as f32,
-        ..FrameUniforms::zeroed()
+    let frame = uniforms();
+    let (halo, field) = (Halo::new(&PHASE, &Truncation::new(&PHASE)), field());
+    let inputs = || ChordInputs {
+        frame: &frame,
+        tables: &tables,
+        scattering,
+        phase: PHASE.prepare(),
+        halo: &halo,
+        field: &field,
     };
-    let inputs =
-        || ChordInputs { frame: &frame, tables: &tables, scattering, phase: PHASE.prepare() };
     let exact =
         Exact::new(&scene(), inputs(), particles.clone(), lights.clone()).expect("particles");
     let mut seen = 0;
@@ -71,7 +104,7 @@ fn uniform_particles_as_the_other_compositor_has_them() {
             .zip(&lights)
             .filter_map(|(p, l)| inputs().chord(p, l, dir, f64::INFINITY))
             .collect();
-        let (got, expected) = (exact.clouds(dir, f64::INFINITY), compose_exactly(&chords));
+        let (got, expected) = (exact.clouds(dir, f64::INFINITY), compose_exactly(&chords, &inputs().ray(dir)));
         seen += usize::from(expected.transmittance < 0.9);
         // The other one holds chords' shares in f32.
         assert!((got.transmittance - expected.transmittance).abs() < 1e-6, "{dir}");
@@ -87,22 +120,35 @@ fn noise_shapes_as_a_fine_march_has_them() {
     let tables = TableSet::embedded().expect("tables");
     let scattering = tables.scattering_for(&PHASE, 1.0).expect("built in");
     let (particles, lights) = cloud(&tables, true);
-    let frame = FrameUniforms { sun: [0.6, 0.64, 0.48, 0.0], ..FrameUniforms::zeroed() };
-    let inputs = ChordInputs { frame: &frame, tables: &tables, scattering, phase: PHASE.prepare() };
+    let frame = uniforms();
+    let (halo, field) = (Halo::new(&PHASE, &Truncation::new(&PHASE)), field());
+    let phase = PHASE.prepare();
+    let inputs = ChordInputs {
+        frame: &frame,
+        tables: &tables,
+        scattering,
+        phase,
+        halo: &halo,
+        field: &field,
+    };
     let exact = Exact::new(&scene(), inputs, particles, lights).expect("particles");
     for dir in directions().step_by(7) {
         let ray = Ray { origin: DVec3::ZERO, dir };
         let chords = exact.chords(&ray, f64::INFINITY);
+        let lit = exact.inputs.ray(dir);
         const STEP: f64 = 0.05;
         let (mut depth, mut radiance) = (0.0f64, DVec3::ZERO);
         for i in 0..(1100.0 / STEP) as usize {
             let t = (i as f64 + 0.5) * STEP;
-            let (mut tau, mut light) = (0.0, DVec3::ZERO);
-            for chord in chords.iter().filter(|c| (c.begin..c.end).contains(&t)) {
-                let own = STEP * chord.particle.extinction_at(ray.at(t));
-                tau += own;
-                light += own * chord.source;
-            }
+            let here = || chords.iter().filter(|c| (c.begin..c.end).contains(&t));
+            let own = |chord: &Chord<'_>| STEP * chord.particle.extinction_at(ray.at(t));
+            let tau: f64 = here().map(own).sum();
+            let piece = lit.piece(t - 0.5 * STEP, t + 0.5 * STEP, tau, 0.5, depth);
+            let source = |chord: &Chord<'_>| {
+                let share = (t - chord.begin) / (chord.end - chord.begin);
+                piece.source(&chord.light, share, share)
+            };
+            let light: DVec3 = here().map(|chord| own(chord) * source(chord)).sum();
             radiance += (-depth - 0.5 * tau).exp() * light;
             depth += tau;
         }
@@ -119,8 +165,17 @@ fn order_matters_in_these_clouds() {
     let tables = TableSet::embedded().expect("tables");
     let scattering = tables.scattering_for(&PHASE, 1.0).expect("built in");
     let (particles, lights) = cloud(&tables, false);
-    let frame = FrameUniforms { sun: [0.6, 0.64, 0.48, 0.0], ..FrameUniforms::zeroed() };
-    let inputs = ChordInputs { frame: &frame, tables: &tables, scattering, phase: PHASE.prepare() };
+    let frame = uniforms();
+    let (halo, field) = (Halo::new(&PHASE, &Truncation::new(&PHASE)), field());
+    let phase = PHASE.prepare();
+    let inputs = ChordInputs {
+        frame: &frame,
+        tables: &tables,
+        scattering,
+        phase,
+        halo: &halo,
+        field: &field,
+    };
     let most = directions()
         .map(|dir| {
             let mut chords: Vec<_> = particles
@@ -129,7 +184,9 @@ fn order_matters_in_these_clouds() {
                 .filter_map(|(p, l)| inputs.chord(p, l, dir, f64::INFINITY))
                 .collect();
             chords.sort_by(|a, b| a.order.total_cmp(&b.order));
-            let off = compose(&chords, 1, 0.0).radiance - compose_exactly(&chords).radiance;
+            let ray = inputs.ray(dir);
+            let exact = compose_exactly(&chords, &ray).radiance;
+            let off = compose(&chords, &ray, 1, 0.0).radiance - exact;
             off.length()
         })
         .fold(0.0, f64::max);

@@ -1,0 +1,104 @@
+//! The light grid on the device against its twin in double precision.
+
+use cumuli::frame::cpu::light_grid::GridLight;
+use cumuli::frame::light_grid::{GridInputs, Spreads};
+use cumuli::frame::population::Shapes;
+use cumuli::frame::{Preset, RenderSettings, Renderer, cpu};
+use cumuli::medium::{Phase, Truncation};
+use cumuli::scene::{Camera, CloudField, Medium, ParticleSpec, Scene, Sky, Sun};
+use glam::{DQuat, DVec3};
+
+use crate::common::{Random, gpu, tables};
+
+const SIZE: [u32; 2] = [16, 16];
+
+/// Largest difference of the field at random points around the eye, over the largest value: sun,
+/// above, all around, depth.
+fn difference(scene: &Scene, time: f64, reach: DVec3) -> [f64; 4] {
+    let settings = RenderSettings { preset: Preset::Low, ..RenderSettings::default() };
+    let mut renderer = Renderer::new(gpu(), tables(), scene, &settings).expect("a renderer");
+    renderer.frame(scene, time, SIZE).expect("a frame");
+    let found = renderer.field().expect("the field");
+
+    let shapes = Shapes::new(tables());
+    let truncation = Truncation::new(&scene.medium.phase);
+    let quality = Preset::Low.quality();
+    let (inputs, shift) =
+        GridInputs::new(scene, &shapes, &truncation, &quality.grid, time, u32::MAX)
+            .expect("inputs")
+            .expect("there are particles");
+    let mut particles = inputs.listed.clone();
+    if let Some(clouds) = &inputs.clouds {
+        particles.extend(cpu::rings::particles(clouds));
+    }
+    assert!(particles.len() > 10, "{} particles", particles.len());
+    let spreads = Spreads::new(&shapes).expect("spreads");
+    let twin = GridLight::solve(&inputs.uniforms, &particles, &spreads.0, inputs.turns);
+    let expected = twin.seen_from(-shift);
+
+    let mut random = Random(90);
+    let (mut off, mut largest) = ([0.0f64; 4], [0.0f64; 4]);
+    for _ in 0..2000 {
+        let point = random.direction() * random.uniform().cbrt() * reach + shift;
+        let (a, b) = (found.at(point), expected.at(point));
+        for i in 0..4 {
+            // Where the sun is a hundredth of itself its depth does not matter any more.
+            let relevant = i != 3 || b.w < 5.0;
+            off[i] = off[i].max(if relevant { (a[i] - b[i]).abs() } else { 0.0 });
+            largest[i] = largest[i].max(b[i].abs());
+        }
+    }
+    assert!(largest[0] > 1e-3 && largest[3] > 1.0, "{largest:?}: no light or no shade");
+    [0, 1, 2, 3].map(|i| off[i] / largest[i])
+}
+
+/// Light is stored in f16 between turns: 5e-4 of a value at each; the turns of a conservative medium
+/// add these up.
+const LIGHT: f64 = 5e-3;
+/// Matter is summed in counts of 2^-31 of the densest particle's extinction times their number, the
+/// rest are roundings of f32.
+const DEPTH: f64 = 1e-3;
+
+fn clump(albedo: f64) -> Scene {
+    let mut random = Random(91);
+    let particles = (0..60)
+        .map(|i| ParticleSpec {
+            centre: random.direction() * 400.0 * random.uniform().cbrt(),
+            radius: 60.0 + 60.0 * random.uniform(),
+            extinction: 0.01 + 0.02 * random.uniform(),
+            shape: if i % 2 == 0 { "uniform".to_owned() } else { "pyroclastic-1".to_owned() },
+            orientation: DQuat::IDENTITY,
+        })
+        .collect();
+    Scene {
+        camera: Camera {
+            position: DVec3::new(900.0, 100.0, 1200.0),
+            target: DVec3::ZERO,
+            ..Camera::default()
+        },
+        sun: Sun { direction: DVec3::new(0.3, 0.8, 0.2).normalize(), ..Sun::default() },
+        sky: Sky::Uniform { radiance: 0.1 },
+        medium: Medium { phase: Phase::Mie { diameter_um: 20.0 }, albedo },
+        particles,
+        ..Scene::default()
+    }
+}
+
+#[test]
+fn the_light_of_a_clump_is_that_of_the_twin() {
+    let off = difference(&clump(1.0), 0.0, DVec3::splat(600.0));
+    println!("clump: {off:?}");
+    assert!(off[0] < LIGHT && off[1] < LIGHT && off[2] == 0.0 && off[3] < DEPTH, "{off:?}");
+}
+
+#[test]
+fn the_light_of_a_field_is_that_of_the_twin() {
+    let mut scene = clump(1.0);
+    scene.particles.clear();
+    scene.camera.position = DVec3::new(0.0, 1100.0, 0.0);
+    scene.clouds = Some(CloudField { cells: 24, rings: 2, ..CloudField::default() });
+    // Beyond the first level, into the second.
+    let off = difference(&scene, 700.0, DVec3::new(2500.0, 600.0, 2500.0));
+    println!("field: {off:?}");
+    assert!(off[0] < LIGHT && off[1] < LIGHT && off[2] == 0.0 && off[3] < DEPTH, "{off:?}");
+}
