@@ -162,7 +162,12 @@ impl FramePlan {
             "particles, sun or maps changed",
             if grounded { or_empty("shadows unchanged") } else { "the scene has no ground" },
         );
-        decide(Pass::Blend, !empty && (lit || camera || grid.field), moved, or_empty("clouds unchanged"));
+        decide(
+            Pass::Blend,
+            !empty && (lit || camera || grid.field),
+            moved,
+            or_empty("clouds unchanged"),
+        );
         decide(Pass::Resolve, anything, "something changed", "picture unchanged");
         decide(Pass::Tonemap, anything, "something changed", "picture unchanged");
         Self { decisions, screen_order, light_order, relit: lit }

@@ -212,8 +212,11 @@ impl Renderer {
         let times = self.stats.times(&self.gpu)?;
         let counts = self.stats.read(&self.gpu)?;
         let tiles = size.map(|s| s.div_ceil(SCREEN_TILE));
-        let bytes =
-            resources.bytes() + self.shadow.bytes() + self.tables.bytes() + self.sky.bytes() + self.grid.bytes();
+        let bytes = resources.bytes()
+            + self.shadow.bytes()
+            + self.tables.bytes()
+            + self.sky.bytes()
+            + self.grid.bytes();
         let stats = FrameStats {
             passes: pass_times(&plan, &times),
             counters: counts.counters(&self.capacities, tiles, bytes),
@@ -237,8 +240,7 @@ impl Renderer {
         let has_clouds = (clouds.is_some() || !listed.is_empty()) && self.omit != Some(Pass::Blend);
         let bounds = bounds(scene, time);
         let samples = self.quality.light_samples;
-        let light =
-            view::light_view(scene.sun.direction, &bounds, camera.position, samples);
+        let light = view::light_view(scene.sun.direction, &bounds, camera.position, samples);
         Ok(FrameKey {
             frame: view::frame_uniforms(
                 scene,

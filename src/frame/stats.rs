@@ -95,7 +95,9 @@ impl StatsReader {
     }
 
     /// Records the gathering, after all passes.
-    pub fn gather(&mut self, encoder: &mut wgpu::CommandEncoder,
+    pub fn gather(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
         resources: &Resources,
         grid_count: Option<&wgpu::Buffer>,
     ) {
@@ -124,7 +126,9 @@ impl StatsReader {
     /// Waits for the frame and reads its counts.
     pub fn read(&mut self, gpu: &Gpu) -> Result<Counts> {
         let words = gpu.read_buffer::<u32>(&self.words, WORDS)?;
-        let [particles, grid_particles, visible, a, b, c, d, lookups, pixels, empty_tiles] = words[..] else {
+        let [particles, grid_particles, visible, a, b, c, d, lookups, pixels, empty_tiles] =
+            words[..]
+        else {
             return Err(Error::Gpu("a read-back of the wrong size".to_owned()));
         };
         let lists = [[a, b], [c, d]];

@@ -48,8 +48,7 @@ impl Truncation {
     pub fn smooth(&self, cos_theta: f64) -> f64 {
         let [first, second] = self.moments;
         let c = cos_theta;
-        (1.0 + 3.0 * first * c + 5.0 * second * (1.5 * c * c - 0.5))
-            / (4.0 * std::f64::consts::PI)
+        (1.0 + 3.0 * first * c + 5.0 * second * (1.5 * c * c - 0.5)) / (4.0 * std::f64::consts::PI)
     }
 }
 
@@ -59,7 +58,8 @@ mod tests {
 
     #[test]
     fn peak_and_rest_have_the_moments_of_the_whole() {
-        for phase in [Phase::Hg { g: 0.85 }, Phase::Hg { g: 0.0 }, Phase::Mie { diameter_um: 12.0 }] {
+        for phase in [Phase::Hg { g: 0.85 }, Phase::Hg { g: 0.0 }, Phase::Mie { diameter_um: 12.0 }]
+        {
             let t = Truncation::new(&phase);
             let m = phase.legendre_moments(3);
             for l in 1..=2 {

@@ -180,9 +180,12 @@ fn cloud(recipe: &Recipe, seed: u64) -> Cloud {
         .map(|i| {
             let mut signed = || (2.0 * random.unit() - 1.0) as f32;
             let mut four = |scale: f32| [0; 4].map(|_| scale * signed());
+            let (sun_front, sun_behind) = (four(2.0), four(2.0));
+            // The clouds are those of the figures below: two more were drawn then.
+            let _ = (four(2.0), four(2.0));
             let light = ParticleLight {
-                sun_front: four(2.0),
-                sun_behind: four(2.0),
+                sun_front,
+                sun_behind,
                 sun_irradiance: four(1.0).map(f32::abs),
                 ambient_above: four(0.1).map(f32::abs),
                 ambient_below: four(0.1).map(f32::abs),
@@ -243,11 +246,8 @@ const FIELD_CELLS: u32 = 8;
 
 fn field_on_device(grid: &LightGridPass, field: &FieldSeen) -> wgpu::BindGroup {
     let gpu = &*GPU;
-    let texels: Vec<f16> = field
-        .cells()
-        .iter()
-        .flat_map(|cell| cell.to_array().map(f16::from_f64))
-        .collect();
+    let texels: Vec<f16> =
+        field.cells().iter().flat_map(|cell| cell.to_array().map(f16::from_f64)).collect();
     let texture = gpu.device.create_texture_with_data(
         &gpu.queue,
         &wgpu::TextureDescriptor {

@@ -3,6 +3,7 @@
 use cumuli::frame::Preset;
 use cumuli::frame::cpu::atmosphere::distance_to_ground;
 use cumuli::frame::cpu::tonemap;
+use cumuli::medium::Truncation;
 use cumuli::scene::{Ground, Scene};
 use glam::DVec3;
 
@@ -64,7 +65,7 @@ fn display_values_are_the_tone_curve_of_the_radiance() {
 #[test]
 fn the_ground_shows_the_shadow_of_the_particle() {
     let _turn = alone();
-    let (radius, extinction, sky, albedo) = (600.0, 1e-3, 0.02, DVec3::new(0.3, 0.2, 0.1));
+    let (radius, extinction, sky, albedo) = (600.0, 2e-3, 0.02, DVec3::new(0.3, 0.2, 0.1));
     let cloud = particle(DVec3::new(0.0, 900.0, 0.0), radius, extinction, "uniform");
     let mut scene = space(sky, 1.0, DVec3::new(0.0, 250.0, 0.0), vec![cloud]);
     scene.camera.fov_x = 120.0;
@@ -77,7 +78,9 @@ fn the_ground_shows_the_shadow_of_the_particle() {
         let dir = dir(&scene, SIZE, i);
         let point = scene.camera.position + dir * distance_to_ground(250.0, dir.y);
         let across = radius * radius - point.x * point.x - point.z * point.z;
-        let visibility = (-2.0 * extinction * across.max(0.0).sqrt()).exp();
+        // What is scattered within the forward peak reaches the ground too.
+        let scale = Truncation::new(&scene.medium.phase).scale(1.0);
+        let visibility = (-2.0 * extinction * scale * across.max(0.0).sqrt()).exp();
         let expected = albedo * (visibility / std::f64::consts::PI + sky);
         shades = [shades[0].min(visibility), shades[1].max(visibility)];
         for (found, expected) in pixel.iter().zip(expected.to_array()) {

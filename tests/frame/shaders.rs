@@ -36,8 +36,9 @@ fn all_files_compose_and_validate() {
         };
         let composed = library.compose(&name, &text, &[("PENDING", 4)]);
         let composed = composed.unwrap_or_else(|e| panic!("{name}: {e}"));
-        // No capability beyond WebGPU's core.
-        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+        // No capability beyond WebGPU's core, which has f16 packed in u32.
+        let core = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
+        let mut validator = Validator::new(ValidationFlags::all(), core);
         validator.validate(&composed).unwrap_or_else(|e| panic!("{name}: {e:?}"));
         assert!(!composed.entry_points.is_empty(), "{name} has neither entry point nor path");
         entry_points += composed.entry_points.len();

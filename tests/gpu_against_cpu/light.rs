@@ -107,8 +107,7 @@ fn on_device(
 /// A light field of one cell without matter: nothing crowds there.
 fn empty_field(grid: &LightGridPass) -> wgpu::BindGroup {
     let mut uniforms = LightGridUniforms { levels: 1, cells: 1, ..LightGridUniforms::zeroed() };
-    uniforms.level[0] =
-        GridLevel { low: [-1e4; 4], cell: [2e4; 4], size: [1, 1, 1, 0] };
+    uniforms.level[0] = GridLevel { low: [-1e4; 4], cell: [2e4; 4], size: [1, 1, 1, 0] };
     let texture = gpu().device.create_texture(&wgpu::TextureDescriptor {
         label: None,
         size: wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },

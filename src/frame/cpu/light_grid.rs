@@ -228,11 +228,7 @@ impl GridLight {
             let cell = side(&level);
             let place = (middle - low(&level)) / cell;
             let reach = (ball / cell).max(DVec3::splat(0.5)) + 0.5;
-            let size = DVec3::new(
-                level.size[0].into(),
-                level.size[1].into(),
-                level.size[2].into(),
-            );
+            let size = DVec3::new(level.size[0].into(), level.size[1].into(), level.size[2].into());
             if (place + reach).min_element() < 0.0 || (place - reach).cmpgt(size).any() {
                 continue;
             }
@@ -274,7 +270,10 @@ impl GridLight {
             let outer = self.level(inner + 1);
             if let Some(corners) = corners(&outer, point) {
                 let base = d * self.uniforms.cells as usize;
-                return corners.iter().map(|(c, w)| *w * self.lights[base + index(&outer, *c)]).sum();
+                return corners
+                    .iter()
+                    .map(|(c, w)| *w * self.lights[base + index(&outer, *c)])
+                    .sum();
             }
         }
         outside(direction(d))
@@ -415,8 +414,7 @@ impl GridLight {
                     source = before;
                 }
                 let opaque = -(-tau).exp_m1();
-                let near =
-                    if tau < 1e-3 { tau * (0.5 - tau / 6.0) } else { 1.0 - opaque / tau };
+                let near = if tau < 1e-3 { tau * (0.5 - tau / 6.0) } else { 1.0 - opaque / tau };
                 light = light * (1.0 - opaque) + source * near + before * (opaque - near);
             }
             self.lights[base + here] = light;
@@ -488,11 +486,7 @@ impl FieldSeen {
         let last = self.uniforms.levels as usize - 1;
         for l in 0..=last {
             let level = self.uniforms.level[l];
-            let size = DVec3::new(
-                level.size[0].into(),
-                level.size[1].into(),
-                level.size[2].into(),
-            );
+            let size = DVec3::new(level.size[0].into(), level.size[1].into(), level.size[2].into());
             let at = (point - low(&level)) / side(&level);
             let margin = at.min(size - at).min_element() - 0.5;
             let weight = if l == last { 1.0 } else { (margin / FADE_CELLS).clamp(0.0, 1.0) };

@@ -144,7 +144,14 @@ pub struct PieceLight {
 impl RayLight<'_> {
     /// Of a piece from `cursor` to `next` (m along the ray) of optical depth `tau`, light from the
     /// mean depth `seen` into it (a fraction), seen through `view_depth`.
-    pub fn piece(&self, cursor: f64, next: f64, tau: f64, seen: f64, view_depth: f64) -> PieceLight {
+    pub fn piece(
+        &self,
+        cursor: f64,
+        next: f64,
+        tau: f64,
+        seen: f64,
+        view_depth: f64,
+    ) -> PieceLight {
         let at = |t: f64| self.field.at(t * self.dir);
         let seen = at(cursor).lerp(at(next), seen);
         let path = self.halo_share * (seen.w + view_depth);

@@ -73,15 +73,12 @@ pub struct LightGrid {
 
 impl LightGridPass {
     /// Compiles the passes.
-    pub fn new(
-        gpu: &Gpu,
-        library: &ShaderLibrary,
-        medium: &GridMedium<'_>,
-    ) -> Result<Self> {
+    pub fn new(gpu: &Gpu, library: &ShaderLibrary, medium: &GridMedium<'_>) -> Result<Self> {
         let absorbing = medium.albedo < 1.0;
         let defs: &[(&str, u32)] = if absorbing { &[("ABSORBING", 1)] } else { &[] };
         let light_bytes = if absorbing { 8 } else { 4 };
-        let solve = Kernel::new(gpu, library, crate::shader_file!("frame/light_grid.wgsl"), defs, &[])?;
+        let solve =
+            Kernel::new(gpu, library, crate::shader_file!("frame/light_grid.wgsl"), defs, &[])?;
         let field =
             Kernel::new(gpu, library, crate::shader_file!("frame/light_field.wgsl"), defs, &[])?;
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
@@ -167,13 +164,7 @@ impl LightGridPass {
         })
     }
 
-    fn job(
-        &self,
-        gpu: &Gpu,
-        passes: &Passes,
-        grid_size: GridSize,
-        inputs: &GridInputs,
-    ) -> Job {
+    fn job(&self, gpu: &Gpu, passes: &Passes, grid_size: GridSize, inputs: &GridInputs) -> Job {
         let GridSize { capacity, columns } = grid_size;
         let cells = inputs.levels.cells();
         let size = inputs.levels.texture_size();
@@ -186,9 +177,8 @@ impl LightGridPass {
         let matter = buffers::storage(gpu, "grid matter", cells as usize, word);
         let extinction = buffers::storage(gpu, "grid extinction", cells as usize, word);
         let sun = buffers::storage(gpu, "grid sun", cells as usize, word);
-        let light = |label| {
-            buffers::storage(gpu, label, (cells * DIRECTIONS) as usize, self.light_bytes)
-        };
+        let light =
+            |label| buffers::storage(gpu, label, (cells * DIRECTIONS) as usize, self.light_bytes);
         let (sources, lights) = (light("grid sources"), light("grid lights"));
         let solve = self
             .stages
@@ -237,8 +227,7 @@ impl LightGridPass {
             ],
         );
         let read = self.bind(gpu, &uniforms, &view, &extinction);
-        let rings =
-            (columns > 0)
+        let rings = (columns > 0)
             .then(|| passes.rings.job(gpu, &passes.lists.scan, columns, &particles, &count));
         let texels = u64::from(size[0]) * u64::from(size[1]) * u64::from(size[2]);
         let bytes = particles.size()

@@ -104,7 +104,8 @@ fn uniform_particles_as_the_other_compositor_has_them() {
             .zip(&lights)
             .filter_map(|(p, l)| inputs().chord(p, l, dir, f64::INFINITY))
             .collect();
-        let (got, expected) = (exact.clouds(dir, f64::INFINITY), compose_exactly(&chords, &inputs().ray(dir)));
+        let (got, expected) =
+            (exact.clouds(dir, f64::INFINITY), compose_exactly(&chords, &inputs().ray(dir)));
         seen += usize::from(expected.transmittance < 0.9);
         // The other one holds chords' shares in f32.
         assert!((got.transmittance - expected.transmittance).abs() < 1e-6, "{dir}");
