@@ -22,7 +22,7 @@ pub struct RadiusReport {
     /// Change by the last step, as a share of the mean light at each place, root mean square.
     pub residual: f64,
     /// Light out over light in before each chord was scaled to conserve energy, albedo 1 only:
-    /// least and greatest over the chords.
+    /// least and greatest over the chords up to an impact parameter of 0.95.
     pub conservation: Option<[f64; 2]>,
 }
 

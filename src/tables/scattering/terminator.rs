@@ -46,8 +46,9 @@ mod tests {
     fn factor_rises_from_shadow_to_one() {
         let terminator = Terminator { transport: 0.15 };
         for optical_radius in [0.05, 1.0, 20.0, 1e3] {
-            let factors: Vec<f64> =
-                (-10..=10).map(|i| terminator.factor(f64::from(i) / 10.0, optical_radius)).collect();
+            let factors: Vec<f64> = (-10..=10)
+                .map(|i| terminator.factor(f64::from(i) / 10.0, optical_radius))
+                .collect();
             assert!(factors.windows(2).all(|w| w[0] < w[1]), "{factors:?}");
             assert!(factors[0] > 0.0 && (factors[20] - 1.0).abs() < 1e-12);
         }

@@ -117,8 +117,7 @@ impl<'a> Diffusion<'a> {
             let outer = if i > 0 { faces[i - 1] } else { radii[0] };
             antiderivative(outer) - faces.get(i).map_or(0.0, |inner| antiderivative(*inner))
         };
-        let volumes: Vec<f64> =
-            (0..size.radius).map(|i| shell(i, |r| r * r * r / 3.0)).collect();
+        let volumes: Vec<f64> = (0..size.radius).map(|i| shell(i, |r| r * r * r / 3.0)).collect();
         let mut values = vec![0.0; size.radius * DEGREES];
         for degree in 0..DEGREES {
             let turning = diffusivity * (degree * (degree + 1)) as f64;

@@ -92,8 +92,9 @@ fn solve(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
         }
         for row in pivot + 1..n {
             let factor = rows[row][pivot] / scale;
-            for column in pivot..=n {
-                rows[row][column] -= factor * rows[pivot][column];
+            let (above, below) = rows.split_at_mut(row);
+            for (to, from) in below[0][pivot..].iter_mut().zip(&above[pivot][pivot..]) {
+                *to -= factor * from;
             }
         }
     }

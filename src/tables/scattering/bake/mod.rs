@@ -38,8 +38,7 @@ pub use furnace::Furnace;
 pub use quadrature::GaussRule;
 
 use self::diffusion::Diffusion;
-pub use self::grid::FieldSize;
-use self::grid::{DIRECTIONS, FieldGrid};
+use self::grid::{FieldGrid, FieldSize};
 use self::rescatter::{Rescatter, Shape};
 use self::sweep::{Emission, Flights};
 use super::mapping::{Geometry, ViewSunMap, azimuth_angle, incidence_cosine, node};
@@ -58,6 +57,9 @@ const DARKEST: f32 = 1e-3;
 /// Source below which its logarithm is cut: far below anything f16 could show.
 const LEAST_SOURCE: f64 = 1e-12;
 
+/// Chords with a lesser cosine of incidence are not in the report: it is that of the impact
+/// parameter 0.95.
+const GRAZING: f64 = 0.3122;
 /// No path in the unit sphere is longer.
 const LONGEST_PATH: f64 = 2.0;
 
@@ -102,16 +104,13 @@ pub fn sources(
     rays: &[Geometry],
     optical_radius: f64,
     remainder: f64,
-    field: FieldSize,
 ) -> (Vec<f64>, Convergence) {
     let views = rays.iter().map(|ray| ray.view_sun).collect();
-    let directions = [field.view_sun, field.azimuth];
-    let solver = Solver::with_directions(phase, albedo, views, remainder, directions);
-    let grid = FieldGrid::new(field, solver.map, optical_radius);
+    let solver = Solver::new(phase, albedo, views, remainder);
+    let size = FieldSize::for_radius(optical_radius, solver.terminator.transport);
+    let grid = FieldGrid::new(size, solver.map, optical_radius);
     let (emission, convergence) = solver.emission(&grid, optical_radius);
-    let gather = |(k, ray)| {
-        gather::gather(&emission, &grid, &solver.rays, ray, k, optical_radius)
-    };
+    let gather = |(k, ray)| gather::gather(&emission, &grid, &solver.rays, ray, k, optical_radius);
     (rays.iter().enumerate().map(gather).collect(), convergence)
 }
 
@@ -147,31 +146,22 @@ struct Stage {
 
 impl Solver {
     fn new(phase: &Phase, albedo: f64, views: Vec<f64>, remainder: f64) -> Self {
-        Self::with_directions(phase, albedo, views, remainder, DIRECTIONS)
-    }
-
-    fn with_directions(
-        phase: &Phase,
-        albedo: f64,
-        views: Vec<f64>,
-        remainder: f64,
-        [angles, azimuths]: [usize; 2],
-    ) -> Self {
         let map = ViewSunMap::for_phase(phase);
         let prepared = phase.prepare();
         let once = |angle: f64| prepared.eval(angle.cos());
         let convolved = TwiceScattered::new(phase, &map);
         let twice = |angle: f64| convolved.eval(&map, angle);
-        let field = FieldSize { view_sun: angles, azimuth: azimuths, ..FieldSize::for_radius(1.0, 1.0) };
+        // All optical radii have the same directions.
+        let field = FieldSize::for_radius(1.0, 1.0);
         let grid = FieldGrid::new(field, map, 1.0);
         let own: Vec<f64> = (0..field.view_sun).map(|k| grid.view_sun_at(k)).collect();
         let stage = |shape: Shape<'_>| {
-            let matrix =
-                |views: &[f64]| Rescatter::new(phase, &map, views, [field.view_sun, field.azimuth], shape);
+            let matrix = |views: &[f64]| {
+                Rescatter::new(phase, &map, views, [field.view_sun, field.azimuth], shape)
+            };
             Stage { within: matrix(&own), out: matrix(&views) }
         };
-        let (once_stage, twice_stage, mut further) =
-            (stage(&once), stage(&twice), stage(&|_| 1.0));
+        let (once_stage, twice_stage, mut further) = (stage(&once), stage(&twice), stage(&|_| 1.0));
         further.within.conserve(&grid.ring_measures());
         Self {
             albedo,
@@ -230,18 +220,21 @@ impl Solver {
             for (i, rows) in values.chunks_exact_mut(azimuths * views * CHANNELS).enumerate() {
                 let [_, multiple] = furnace.integrals(|a, v| {
                     let at = |j: usize, k: usize| rows[(j * views + k) * CHANNELS + 1];
-                    let line = |j: usize| at(j, v.index) + v.share * (at(j, v.index + 1) - at(j, v.index));
+                    let line =
+                        |j: usize| at(j, v.index) + v.share * (at(j, v.index + 1) - at(j, v.index));
                     let (low, high) = (line(a.index), line(a.index + 1));
                     let elevation = geometry(i, a.angle, v.angle).elevation();
-                    let known = opacity(optical_radius)
-                        * self.terminator.factor(elevation, optical_radius);
+                    let known =
+                        opacity(optical_radius) * self.terminator.factor(elevation, optical_radius);
                     [0.0, known * (low + a.share * (high - low)).exp()]
                 });
                 let incidence = incidence_cosine(node(i, incidences));
                 let once = furnace.single(incidence, optical_radius);
                 let scale = (1.0 - once).max(0.0) / multiple;
                 rows.iter_mut().skip(1).step_by(CHANNELS).for_each(|v| *v += scale.ln());
-                scales.push(scale);
+                if incidence >= GRAZING {
+                    scales.push(scale);
+                }
             }
         }
         middle::between_chords(&mut values, slice, &[1]);
@@ -372,3 +365,6 @@ impl TwiceScattered {
         (1.0 - u) * self.values[i] + u * self.values[i + 1]
     }
 }
+
+#[cfg(test)]
+mod sphere_tests;

@@ -59,8 +59,7 @@ impl Rescatter {
             rule: GaussRule::new(PANEL_POINTS),
             azimuths,
         };
-        let rows: Vec<Vec<f64>> =
-            views.par_iter().map(|view| kernel.row(*view, shape)).collect();
+        let rows: Vec<Vec<f64>> = views.par_iter().map(|view| kernel.row(*view, shape)).collect();
         let last = azimuths - 1;
         let cosine =
             |mode: usize, k: usize, steps: usize| (PI * (mode * k) as f64 / steps as f64).cos();
@@ -235,7 +234,8 @@ mod tests {
         for phase in phases() {
             let map = ViewSunMap::for_phase(&phase);
             let (views, angles, azimuths) = (14, 44, 9);
-            let rescatter = Rescatter::new(&phase, &map, &nodes(&map, views), [angles, azimuths], &|_| 1.0);
+            let rescatter =
+                Rescatter::new(&phase, &map, &nodes(&map, views), [angles, azimuths], &|_| 1.0);
             let harmonic = |angle: f64, azimuth: f64| angle.cos() + angle.sin() * azimuth.cos();
             let light: Vec<f32> = (0..angles * azimuths)
                 .map(|i| {
@@ -269,7 +269,8 @@ mod tests {
         };
         let grid = crate::tables::scattering::bake::grid::FieldGrid::new(size, map, 1.0);
         let rings = grid.ring_measures();
-        let mut rescatter = Rescatter::new(&phase, &map, &nodes(&map, angles), [angles, azimuths], &|_| 1.0);
+        let mut rescatter =
+            Rescatter::new(&phase, &map, &nodes(&map, angles), [angles, azimuths], &|_| 1.0);
         rescatter.conserve(&rings);
         for cell in 1..angles {
             let mut light = vec![0.0; angles * azimuths];

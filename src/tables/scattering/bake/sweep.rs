@@ -256,7 +256,7 @@ impl Flights {
                     .collect()
             })
             .collect();
-        let mut out = Vec::with_capacity(size.len());
+        let mut out = Vec::with_capacity(places * size.directions());
         for place in 0..places {
             for slice in &slices {
                 out.extend_from_slice(&slice[place * size.azimuth..][..size.azimuth]);
@@ -304,7 +304,7 @@ fn exit_distance(inside: f64, along: f64) -> f64 {
 }
 
 /// Mean over all directions of the opacity between a place and the surface.
-fn mean_opacity(radius: f64, optical_radius: f64) -> f64 {
+pub fn mean_opacity(radius: f64, optical_radius: f64) -> f64 {
     let rule = GaussRule::new(ESCAPE_POINTS);
     let inside = ((1.0 - radius) * (1.0 + radius)).max(0.0);
     let at = |cosine: f64| opacity(optical_radius * exit_distance(inside, radius * cosine));
