@@ -30,6 +30,9 @@
 @group(0) @binding(9) var<storage, read> spread: array<f32>;               // by shape: radius of the even ball of the same moments
 
 const PI: f32 = 3.14159265;
+// Cells within the border of a level where it counts as outside: borders of levels may coincide, and
+// a rounding shall not decide.
+const BORDER: f32 = 1e-3;
 // Of `sunlight`.
 const WORKGROUP: u32 = 128u;
 
@@ -120,7 +123,7 @@ fn grid_place(level: GridLevel, point: vec3<f32>) -> GridPlace {
     var result: GridPlace;
     let at = (point - level.low.xyz) / level.cell.xyz;
     let size = vec3<f32>(level.size.xyz);
-    result.inside = all(at >= vec3(0.0)) && all(at <= size);
+    result.inside = all(at >= vec3(BORDER)) && all(at <= size - BORDER);
     let centred = clamp(at - 0.5, vec3(0.0), size - 1.0);
     let low = floor(centred);
     result.cell = vec3<u32>(low);

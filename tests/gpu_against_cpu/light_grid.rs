@@ -88,7 +88,7 @@ fn clump(albedo: f64) -> Scene {
 fn the_light_of_a_clump_is_that_of_the_twin() {
     let off = difference(&clump(1.0), 0.0, DVec3::splat(600.0));
     println!("clump: {off:?}");
-    assert!(off[0] < LIGHT && off[1] < LIGHT && off[2] == 0.0 && off[3] < DEPTH, "{off:?}");
+    assert!(off[0] < LIGHT && off[1] < LIGHT && off[2] < 1e-12 && off[3] < DEPTH, "{off:?}");
 }
 
 #[test]
@@ -100,5 +100,5 @@ fn the_light_of_a_field_is_that_of_the_twin() {
     // Beyond the first level, into the second.
     let off = difference(&scene, 700.0, DVec3::new(2500.0, 600.0, 2500.0));
     println!("field: {off:?}");
-    assert!(off[0] < LIGHT && off[1] < LIGHT && off[2] == 0.0 && off[3] < DEPTH, "{off:?}");
+    assert!(off[0] < LIGHT && off[1] < LIGHT && off[2] < 1e-12 && off[3] < DEPTH, "{off:?}");
 }

@@ -83,11 +83,14 @@ fn outside(direction: DVec3) -> CellLight {
     DVec3::new(0.0, above, 1.0)
 }
 
+/// Cells within the border of a level where it counts as outside; as in the shader.
+const BORDER: f64 = 1e-3;
+
 /// The eight cells around a point and their weights; none outside of the level.
 fn corners(level: &GridLevel, point: DVec3) -> Option<[([usize; 3], f64); 8]> {
     let at = (point - low(level)) / side(level);
     let size = [0, 1, 2].map(|i| f64::from(level.size[i]));
-    if (0..3).any(|i| at[i] < 0.0 || at[i] > size[i]) {
+    if (0..3).any(|i| at[i] < BORDER || at[i] > size[i] - BORDER) {
         return None;
     }
     let placed = [0, 1, 2].map(|i| (at[i] - 0.5).clamp(0.0, size[i] - 1.0));
