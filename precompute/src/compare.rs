@@ -61,7 +61,7 @@ pub fn run(args: &CompareArgs) -> Result<()> {
                 }
                 let outcome = way.measure(&shape, kib << 10, args.rays, &chords, central);
                 let column = |value: fn(&DepthErrors) -> f64| {
-                    let depths = outcome.errors.depths.iter();
+                    let depths = outcome.errors.iter();
                     depths.map(|d| format!("{:.4}", value(d))).collect::<Vec<_>>().join(" / ")
                 };
                 let nodes = outcome

@@ -8,7 +8,7 @@
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight}
 #import cumuli::lighting::{SourceInputs, source_function}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
-#import cumuli::optical_depth::{ChordProfile, chord_fraction, chord_profile}
+#import cumuli::optical_depth::{chord_fraction, seen_profile, word_at}
 #import cumuli::phase::{PhaseParams, phase_function}
 #import cumuli::quaternion::rotate
 #import cumuli::scattering::scattering_source
@@ -33,7 +33,8 @@ var<private> chord_end: array<f32, PENDING>;
 var<private> chord_near: array<f32, PENDING>;   // m, where the whole chord begins
 var<private> chord_inverse: array<f32, PENDING>;// 1/m, of the whole chord's length
 var<private> chord_tau: array<f32, PENDING>;    // of the whole chord
-var<private> chord_shape: array<ChordProfile, PENDING>;
+var<private> chord_words: array<array<u32, 7>, PENDING>; // where its matter lies, as ChordProfile
+var<private> chord_inverse_sum: array<f32, PENDING>;
 var<private> chord_done: array<f32, PENDING>;   // share of its matter before the cursor
 var<private> chord_source: array<vec3<f32>, PENDING>;
 var<private> open: u32;
@@ -58,7 +59,8 @@ fn advance(limit: f32) {
         var light = vec3(0.0);
         for (var i = 0u; i < open; i++) {
             if chord_begin[i] <= cursor {
-                let share = chord_fraction(chord_shape[i], saturate((next - chord_near[i]) * chord_inverse[i]));
+                let t = saturate((next - chord_near[i]) * chord_inverse[i]);
+                let share = chord_fraction(chord_words[i][word_at(t)], chord_inverse_sum[i], t);
                 let piece = chord_tau[i] * max(share - chord_done[i], 0.0);
                 chord_done[i] = share;
                 tau += piece;
@@ -81,7 +83,8 @@ fn advance(limit: f32) {
                 chord_near[i] = chord_near[last];
                 chord_inverse[i] = chord_inverse[last];
                 chord_tau[i] = chord_tau[last];
-                chord_shape[i] = chord_shape[last];
+                chord_words[i] = chord_words[last];
+                chord_inverse_sum[i] = chord_inverse_sum[last];
                 chord_done[i] = chord_done[last];
                 chord_source[i] = chord_source[last];
             } else {
@@ -123,6 +126,8 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         let cos_theta = clamp(dot(frame.sun.xyz, dir), -1.0, 1.0);
         let phase_once = phase_function(phase, cos_theta);
         let phase_twice = henyey_greenstein(frame.mean_cosine * frame.mean_cosine, cos_theta);
+        // In the middle of the picture; a rectilinear picture stretches towards its corners.
+        let pixels_per_radian = 0.5 * f32(frame.size.x) / length(frame.right.xyz);
         var far = FAR;
         if frame.has_ground != 0u {
             let ground = ground_distance(dir);
@@ -156,15 +161,18 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
 
             let entry_place = (near * dir - particle.centre) / particle.radius;
             let exit_place = (near * dir + 2.0 * h * dir - particle.centre) / particle.radius;
-            let profile = chord_profile(
+            var profile = seen_profile(
                 particle.shape,
                 rotate(particle.orientation, entry_place),
                 rotate(particle.orientation, exit_place),
+                particle.radius * pixels_per_radian / max(length(particle.centre), particle.radius),
             );
             let tau = particle.extinction * 2.0 * h * profile.mean_density;
             let inverse = 0.5 / h;
-            let begin_share = chord_fraction(profile, saturate((visible_begin - near) * inverse));
-            let end_share = chord_fraction(profile, saturate((visible_end - near) * inverse));
+            let begin_t = saturate((visible_begin - near) * inverse);
+            let begin_share = chord_fraction(profile.words[word_at(begin_t)], profile.inverse_sum, begin_t);
+            let end_t = saturate((visible_end - near) * inverse);
+            let end_share = chord_fraction(profile.words[word_at(end_t)], profile.inverse_sum, end_t);
 
             var in: SourceInputs;
             let visible_tau = tau * (end_share - begin_share);
@@ -186,7 +194,8 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             chord_near[open] = near;
             chord_inverse[open] = inverse;
             chord_tau[open] = tau;
-            chord_shape[open] = profile;
+            chord_words[open] = profile.words;
+            chord_inverse_sum[open] = profile.inverse_sum;
             chord_done[open] = begin_share;
             chord_source[open] = source;
             open++;

@@ -3,6 +3,7 @@
 //! The entry `cumuli` holds the [`Description`] as JSON. It is the only one, since safetensors
 //! orders several at random and equal tables shall have equal bytes. Tensors:
 //!
+//! - `density.NAME`, u8, `[z, y, x]`: the density volume of a shape over -1..1, 255 is density 1.
 //! - `optical_depth.NAME`, u32, `[direction v, direction u, disc v, disc u]`: texels of
 //!   `optical_depth::encoding` at the places of `optical_depth::mapping`.
 //! - `scattering.PHASE@ALBEDO`, f16, `[optical radius, incidence, azimuth, view-sun angle, 2]`:
@@ -21,9 +22,12 @@ use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use super::TableSet;
 use super::description::{Description, FORMAT};
 use super::fingerprint::Fingerprint;
+use super::optical_depth::levels::Level;
+use super::optical_depth::volume::DensityVolume;
 use super::optical_depth::{Grid, OpticalDepthTable};
 use super::scattering::{self, ScatteringTable};
 use crate::error::{Error, Result};
+use crate::medium::shape::VOLUME_NODES;
 use crate::medium::{Phase, ShapeSpec};
 
 /// Name of the metadata entry.
@@ -67,6 +71,8 @@ pub(super) fn write(tables: &TableSet) -> Result<Vec<u8>> {
         shape.reverse();
         let bytes: Vec<u8> = table.texels().iter().flat_map(|t| t.to_le_bytes()).collect();
         tensors.push((shape_name(table.spec()), Dtype::U32, shape.to_vec(), bytes));
+        let volume = table.volume().bytes().to_vec();
+        tensors.push((density_name(table.spec()), Dtype::U8, vec![VOLUME_NODES; 3], volume));
     }
     for table in tables.scattering() {
         let [radii, incidences, azimuths, angles] = table.resolution();
@@ -122,9 +128,15 @@ pub(super) fn read(bytes: &[u8], place: &str) -> Result<TableSet> {
         values.add(data);
         let (texels, _) = data.as_chunks::<TEXEL_BYTES>();
         let texels = texels.iter().map(|t| u32::from_le_bytes(*t)).collect();
-        let (grid, errors) = (Grid { nodes: [n, n, m, m] }, entry.errors.clone());
-        let mean_density = entry.mean_density;
-        let table = OpticalDepthTable::from_parts(entry.shape, mean_density, grid, texels, errors);
+        let level = Level { grid: Grid { nodes: [n, n, m, m] }, texels };
+        let name = density_name(entry.shape);
+        let field = |message: String| Error::input(format!("{place}: {name}"), message);
+        let data = tensor(&tensors, &name, Dtype::U8, &[VOLUME_NODES; 3]).map_err(field)?;
+        values.add(data);
+        let table = DensityVolume::from_bytes(data.to_vec()).and_then(|volume| {
+            let (mean, errors) = (entry.mean_density, entry.errors.clone());
+            OpticalDepthTable::from_parts(entry.shape, mean, volume, level, errors)
+        });
         optical_depth.push(table.map_err(|e| Error::input(place, e.to_string()))?);
     }
     let mut scattering = Vec::with_capacity(description.scattering.media.len());
@@ -147,7 +159,7 @@ pub(super) fn read(bytes: &[u8], place: &str) -> Result<TableSet> {
         );
         scattering.push(table.map_err(|e| Error::input(place, e.to_string()))?);
     }
-    if tensors.len() != optical_depth.len() + scattering.len() {
+    if tensors.len() != 2 * optical_depth.len() + scattering.len() {
         return refuse("there are tensors that the description does not name");
     }
     if values.to_string() != description.values {
@@ -199,6 +211,10 @@ fn parse(text: &str, place: &str) -> Result<Description> {
 
 fn shape_name(shape: ShapeSpec) -> String {
     format!("optical_depth.{shape}")
+}
+
+fn density_name(shape: ShapeSpec) -> String {
+    format!("density.{shape}")
 }
 
 fn scattering_name(phase: &Phase, albedo: f64) -> String {

@@ -4,27 +4,44 @@ use bytemuck::{Pod, Zeroable};
 
 use super::TableSet;
 use super::optical_depth::OpticalDepthTable;
+use super::optical_depth::levels::LEVELS;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, buffers};
+use crate::medium::shape::VOLUME_NODES;
 use crate::medium::{Phase, PhaseParams};
 
 /// Bytes of a texel of the optical depth texture.
-const TEXEL_BYTES: u32 = 4;
+const TEXEL_BYTES: u64 = 4;
 /// Its format: three numbers of 10 bits, see `optical_depth::encoding`.
 const OPTICAL_DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgb10a2Unorm;
+
+/// Volumes that stand one behind the other; as many as WebGPU's least limit of 2048 texels takes.
+const VOLUMES_DEEP: usize = 32;
+
+/// `DepthLevel` of `shaders/tables/optical_depth.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct DepthLevel {
+    /// Nodes along each axis of the disc.
+    pub disc_nodes: f32,
+    /// Nodes along each axis of the direction.
+    pub direction_nodes: f32,
+    /// Texels along x before the level.
+    pub first_column: f32,
+    /// Radius of a particle on screen, in pixels, up to which the level is read.
+    pub most_pixels: f32,
+}
 
 /// `OpticalDepthParams` of `shaders/tables/optical_depth.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct OpticalDepthParams {
-    /// Nodes along each axis of the disc.
-    pub disc_nodes: f32,
-    /// Nodes along each axis of the direction.
-    pub direction_nodes: f32,
-    /// One over the texture's width in texels.
-    pub inverse_width: f32,
-    /// One over the texture's height in texels.
-    pub inverse_height: f32,
+    /// The 4D table and its copies.
+    pub levels: [DepthLevel; LEVELS],
+    /// One over the texels of the 4D tables' texture along x, y, z.
+    pub inverse_size: [f32; 4],
+    /// One over the texels of the volumes' texture along x, y, z.
+    pub inverse_volume_size: [f32; 4],
 }
 
 /// Textures, sampler and parameters of the tables of one medium, bind group 1 of the passes.
@@ -45,7 +62,9 @@ impl TablesGpu {
             )
         })?;
         let layout = layout(gpu);
-        let (texture, params, bytes) = optical_depth_texture(gpu, tables.optical_depth())?;
+        let (texture, mut params, table_bytes) = optical_depth_texture(gpu, tables.optical_depth())?;
+        let (volumes, inverse_volume_size, volume_bytes) = density_texture(gpu, tables.optical_depth())?;
+        params.inverse_volume_size = inverse_volume_size;
         let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("tables"),
             mag_filter: wgpu::FilterMode::Linear,
@@ -56,7 +75,8 @@ impl TablesGpu {
         let view = texture.create_view(&Default::default());
         let scattering_params = buffers::uniform(gpu, "scattering", &scattering.params());
         let scattering_view = scattering.texture(gpu).create_view(&Default::default());
-        let bytes = bytes + size_of_val(scattering.values()) as u64;
+        let volumes_view = volumes.create_view(&Default::default());
+        let bytes = table_bytes + volume_bytes + size_of_val(scattering.values()) as u64;
         let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("tables"),
             layout: &layout,
@@ -77,6 +97,10 @@ impl TablesGpu {
                 wgpu::BindGroupEntry {
                     binding: 4,
                     resource: scattering_params.as_entire_binding(),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 5,
+                    resource: wgpu::BindingResource::TextureView(&volumes_view),
                 },
             ],
         });
@@ -129,77 +153,117 @@ fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
             entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
             entry(3, uniform),
             entry(4, uniform),
+            entry(5, texture),
         ],
     })
 }
 
-/// Places the tables of all shapes in one texture as the shader expects them.
+/// Writes texels into a box of a texture.
+fn write(gpu: &Gpu, texture: &wgpu::Texture, origin: [usize; 3], size: [usize; 3], texels: &[u8]) {
+    let [x, y, z] = origin.map(|n| n as u32);
+    let [width, height, depth_or_array_layers] = size.map(|n| n as u32);
+    let rows = size[1] * size[2];
+    gpu.queue.write_texture(
+        wgpu::TexelCopyTextureInfo {
+            texture,
+            mip_level: 0,
+            origin: wgpu::Origin3d { x, y, z },
+            aspect: wgpu::TextureAspect::All,
+        },
+        texels,
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some((texels.len() / rows) as u32),
+            rows_per_image: Some(height),
+        },
+        wgpu::Extent3d { width, height, depth_or_array_layers },
+    );
+}
+
+/// An empty texture, one over its texels along each axis, and its texels.
+fn texture(
+    gpu: &Gpu,
+    label: &'static str,
+    size: [usize; 3],
+    format: wgpu::TextureFormat,
+) -> Result<(wgpu::Texture, [f32; 4], u64)> {
+    let most = gpu.device.limits().max_texture_dimension_3d as usize;
+    if size.iter().any(|n| *n > most) {
+        return Err(Error::input(
+            label,
+            format!("expected at most {most} texels along a side of the texture, found {size:?}"),
+        ));
+    }
+    let [width, height, depth_or_array_layers] = size.map(|n| n as u32);
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D3,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let [x, y, z] = size.map(|n| 1.0 / n as f32);
+    Ok((texture, [x, y, z, 0.0], size.iter().map(|n| *n as u64).product()))
+}
+
+/// Places the 4D tables of all shapes, with their copies, in one texture as the shader expects
+/// them.
 fn optical_depth_texture(
     gpu: &Gpu,
     tables: &[OpticalDepthTable],
 ) -> Result<(wgpu::Texture, OpticalDepthParams, u64)> {
-    // Without any noise shape the binding still wants a texture: the smallest grid, never read.
-    let [disc, _, direction, _] = tables.first().map_or([2; 4], |t| t.grid().nodes);
-    let size = wgpu::Extent3d {
-        width: (disc * direction) as u32,
-        height: (disc * tables.len().max(1)) as u32,
-        depth_or_array_layers: direction as u32,
-    };
-    let most = gpu.device.limits().max_texture_dimension_3d;
-    if size.width > most || size.height > most {
-        return Err(Error::input(
-            "optical depth tables",
-            format!(
-                "expected at most {most} texels along a side of the texture, found {} x {}",
-                size.width, size.height
-            ),
-        ));
+    let mut params = OpticalDepthParams::zeroed();
+    // Without any noise shape the binding still wants a texture: the smallest one, never read.
+    let mut size = [1; 3];
+    if let Some(table) = tables.first() {
+        let mut width = 0;
+        for (level, params) in table.levels().iter().zip(&mut params.levels) {
+            let [disc, _, direction, _] = level.grid.nodes;
+            *params = DepthLevel {
+                disc_nodes: disc as f32,
+                direction_nodes: direction as f32,
+                first_column: width as f32,
+                most_pixels: level.most_pixels(),
+            };
+            width += disc * direction;
+        }
+        let [disc, _, direction, _] = table.grid().nodes;
+        size = [width, disc * tables.len(), direction];
     }
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("optical depth"),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D3,
-        format: OPTICAL_DEPTH_FORMAT,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
+    let (texture, inverse, texels) = texture(gpu, "optical depth", size, OPTICAL_DEPTH_FORMAT)?;
+    params.inverse_size = inverse;
     for (shape, table) in tables.iter().enumerate() {
-        let tile_texels = disc * disc * direction;
-        for (tile, texels) in table.texels().chunks_exact(tile_texels).enumerate() {
-            gpu.queue.write_texture(
-                wgpu::TexelCopyTextureInfo {
-                    texture: &texture,
-                    mip_level: 0,
-                    origin: wgpu::Origin3d {
-                        x: (disc * tile) as u32,
-                        y: (disc * shape) as u32,
-                        z: 0,
-                    },
-                    aspect: wgpu::TextureAspect::All,
-                },
-                bytemuck::cast_slice(texels),
-                wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(disc as u32 * TEXEL_BYTES),
-                    rows_per_image: Some(disc as u32),
-                },
-                wgpu::Extent3d {
-                    width: disc as u32,
-                    height: disc as u32,
-                    depth_or_array_layers: direction as u32,
-                },
-            );
+        let row = table.grid().nodes[0] * shape;
+        for (level, params) in table.levels().iter().zip(&params.levels) {
+            let [disc, _, direction, _] = level.grid.nodes;
+            for (tile, texels) in level.texels.chunks_exact(disc * disc * direction).enumerate() {
+                let origin = [params.first_column as usize + disc * tile, row, 0];
+                let texels = bytemuck::cast_slice(texels);
+                write(gpu, &texture, origin, [disc, disc, direction], texels);
+            }
         }
     }
-    let params = OpticalDepthParams {
-        disc_nodes: disc as f32,
-        direction_nodes: direction as f32,
-        inverse_width: 1.0 / size.width as f32,
-        inverse_height: 1.0 / size.height as f32,
+    Ok((texture, params, texels * TEXEL_BYTES))
+}
+
+/// Places the density volumes of all shapes in one texture as the shader expects them.
+fn density_texture(
+    gpu: &Gpu,
+    tables: &[OpticalDepthTable],
+) -> Result<(wgpu::Texture, [f32; 4], u64)> {
+    const N: usize = VOLUME_NODES;
+    let columns = tables.len().div_ceil(VOLUMES_DEEP);
+    let size = match tables.len() {
+        0 => [1; 3],
+        shapes => [N * columns, N, N * shapes.min(VOLUMES_DEEP)],
     };
-    let texels =
-        u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers);
-    Ok((texture, params, texels * u64::from(TEXEL_BYTES)))
+    let (texture, inverse, texels) = texture(gpu, "densities", size, wgpu::TextureFormat::R8Unorm)?;
+    for (shape, table) in tables.iter().enumerate() {
+        let origin = [N * (shape / VOLUMES_DEEP), 0, N * (shape % VOLUMES_DEEP)];
+        write(gpu, &texture, origin, [N; 3], table.volume().bytes());
+    }
+    Ok((texture, inverse, texels))
 }

@@ -98,10 +98,13 @@ impl ChordInputs<'_> {
         }
         let place = |distance: f64| (distance * dir - centre) / radius;
         let turn = DQuat::from_array(particle.orientation.map(f64::from));
-        let profile = self.tables.chord_profile(
+        let pixels_per_radian =
+            0.5 * f64::from(self.frame.size[0]) / vector(&self.frame.right).length();
+        let profile = self.tables.seen_profile(
             particle.shape,
             turn * place(near),
             turn * place(near + 2.0 * half),
+            (radius * pixels_per_radian / centre.length().max(radius)) as f32,
         );
         let length = 2.0 * half;
         let optical_depth =

@@ -7,9 +7,9 @@ use super::bake::weight;
 use super::encoding::{encode, pack, unpack};
 use super::fit::Target;
 use super::grid::{Grid, filtered};
-use super::lookup::ChordProfile;
+use super::lookup::ChordStep;
 use super::mapping::{ChordMapping, HemisphereDisc};
-use super::measure::{Answer, OpticalDepthErrors, TestChord, errors};
+use super::measure::{Answer, DepthErrors, TestChord, errors};
 use super::rays::{Draws, Ray, gather, moments};
 use crate::medium::Shape;
 use crate::tables::progress::Silent;
@@ -61,7 +61,7 @@ pub struct Outcome {
     /// Nodes along each axis; none for a march.
     pub nodes: Option<[usize; 4]>,
     /// Errors of transmittance.
-    pub errors: OpticalDepthErrors,
+    pub errors: Vec<DepthErrors>,
 }
 
 impl Way {
@@ -138,7 +138,7 @@ impl Way {
                 let answer = |chord: &TestChord| {
                     let place = mapping.place(chord.entry, chord.exit);
                     let found = filtered(&grid, place.at, |node| channels[node]);
-                    Answer::of(&ChordProfile::decode(found, place.reversed), chord)
+                    Answer::of_step(&ChordStep::decode(found, place.reversed), chord)
                 };
                 outcome(TEXEL_BYTES, grid, errors(chords, central_matter, answer))
             }

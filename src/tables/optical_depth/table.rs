@@ -2,24 +2,28 @@
 
 use glam::DVec3;
 
-use super::encoding::{UNUSED, unpack};
-use super::grid::{Grid, filtered};
-use super::lookup::ChordProfile;
-use super::mapping::{ChordMapping, HemisphereDisc};
+use super::encoding::UNUSED;
+use super::grid::Grid;
+use super::levels::{LEVELS, Level};
+use super::lookup::{ChordProfile, ChordStep};
 use super::measure::OpticalDepthErrors;
+use super::volume::DensityVolume;
 use crate::error::{Error, Result};
 use crate::medium::ShapeSpec;
 
 /// Fewest and most nodes along an axis: fewer is no table, more do not fit into a texture.
 pub const NODES: std::ops::RangeInclusive<usize> = 4..=64;
 
-/// Mean densities of the parts of all chords of one noise shape.
+/// Least radius in pixels at which a particle is marched through. Twin of the shader's constant.
+pub const MARCH_PIXELS: f32 = 24.0;
+
+/// What is known of the chords of one noise shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpticalDepthTable {
     spec: ShapeSpec,
     mean_density: f64,
-    grid: Grid,
-    texels: Vec<u32>,
+    volume: DensityVolume,
+    levels: Vec<Level>,
     errors: OpticalDepthErrors,
 }
 
@@ -28,12 +32,13 @@ impl OpticalDepthTable {
     pub fn from_parts(
         spec: ShapeSpec,
         mean_density: f64,
-        grid: Grid,
-        texels: Vec<u32>,
+        volume: DensityVolume,
+        table: Level,
         errors: OpticalDepthErrors,
     ) -> Result<Self> {
         let refuse =
             |message: String| Err(Error::input(format!("optical depth of {spec}"), message));
+        let Level { grid, texels } = &table;
         if !grid.nodes.iter().all(|n| NODES.contains(n)) {
             return refuse(format!(
                 "expected {} to {} nodes along each axis, found {:?}",
@@ -51,7 +56,12 @@ impl OpticalDepthTable {
         if !(mean_density > 0.0 && mean_density <= 1.0) {
             return refuse(format!("expected a mean density in 0..1, found {mean_density}"));
         }
-        Ok(Self { spec, mean_density, grid, texels, errors })
+        let mut levels = vec![table];
+        while levels.len() < LEVELS {
+            let next = levels[levels.len() - 1].filtered();
+            levels.push(next);
+        }
+        Ok(Self { spec, mean_density, volume, levels, errors })
     }
 
     /// Kind and seed of the shape.
@@ -64,14 +74,24 @@ impl OpticalDepthTable {
         self.mean_density
     }
 
-    /// Nodes along the axes: two of the place on the disc, two of the direction.
-    pub fn grid(&self) -> Grid {
-        self.grid
+    /// The density.
+    pub fn volume(&self) -> &DensityVolume {
+        &self.volume
     }
 
-    /// The packed values, the first axis of the grid fastest.
+    /// The 4D table, and its filtered copies, each with half the nodes of the one before.
+    pub fn levels(&self) -> &[Level] {
+        &self.levels
+    }
+
+    /// Nodes along the axes of the 4D table: two of the place on the disc, two of the direction.
+    pub fn grid(&self) -> Grid {
+        self.levels[0].grid
+    }
+
+    /// The packed values of the 4D table, the first axis of the grid fastest.
     pub fn texels(&self) -> &[u32] {
-        &self.texels
+        &self.levels[0].texels
     }
 
     /// Errors against direct integration, measured when the table was baked.
@@ -83,12 +103,23 @@ impl OpticalDepthTable {
         self.errors = errors;
     }
 
-    /// Answers for the chord between two points of the unit sphere, as the shader does.
+    /// The good answer for the chord between two points of the unit sphere.
     pub fn profile(&self, entry: DVec3, exit: DVec3) -> ChordProfile {
-        let place = HemisphereDisc.place(entry, exit);
-        let channels = filtered(&self.grid, place.at, |node| {
-            unpack(self.texels.get(node).copied().unwrap_or_default())
-        });
-        ChordProfile::decode(channels, place.reversed)
+        ChordProfile::march(&self.volume, entry.as_vec3(), exit.as_vec3())
+    }
+
+    /// The quick answer, from the 4D table.
+    pub fn step(&self, entry: DVec3, exit: DVec3) -> ChordStep {
+        self.levels[0].step(entry, exit)
+    }
+
+    /// The answer for a particle of this radius on screen, in pixels.
+    pub fn seen(&self, entry: DVec3, exit: DVec3, radius_pixels: f32) -> ChordProfile {
+        if radius_pixels >= MARCH_PIXELS {
+            return self.profile(entry, exit);
+        }
+        let coarse = |level: &&Level| radius_pixels <= level.most_pixels();
+        let level = self.levels[1..].iter().rev().find(coarse).unwrap_or(&self.levels[0]);
+        ChordProfile::of_step(&level.step(entry, exit))
     }
 }

@@ -8,7 +8,7 @@ use crate::medium::Phase;
 use crate::tables::{TableSet, TablesGpu};
 
 const SHADER: &str = r"
-#import cumuli::optical_depth::{chord_profile, chord_fraction}
+#import cumuli::optical_depth::{chord_profile, chord_fraction, seen_profile, chord_step, step_fraction, word_at}
 struct Chord { entry: vec3<f32>, shape: u32, exit: vec3<f32>, t: f32 }
 @group(0) @binding(0) var<storage, read> chords: array<Chord>;
 @group(0) @binding(1) var<storage, read_write> answers: array<vec2<f32>>;
