@@ -22,7 +22,6 @@ use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use super::TableSet;
 use super::description::{Description, FORMAT};
 use super::fingerprint::Fingerprint;
-use super::optical_depth::levels::Level;
 use super::optical_depth::volume::DensityVolume;
 use super::optical_depth::{Grid, OpticalDepthTable};
 use super::scattering::{self, ScatteringTable};
@@ -71,7 +70,7 @@ pub(super) fn write(tables: &TableSet) -> Result<Vec<u8>> {
         shape.reverse();
         let bytes: Vec<u8> = table.texels().iter().flat_map(|t| t.to_le_bytes()).collect();
         tensors.push((shape_name(table.spec()), Dtype::U32, shape.to_vec(), bytes));
-        let volume = table.volume().bytes().to_vec();
+        let volume = table.volumes()[0].bytes().to_vec();
         tensors.push((density_name(table.spec()), Dtype::U8, vec![VOLUME_NODES; 3], volume));
     }
     for table in tables.scattering() {
@@ -128,14 +127,14 @@ pub(super) fn read(bytes: &[u8], place: &str) -> Result<TableSet> {
         values.add(data);
         let (texels, _) = data.as_chunks::<TEXEL_BYTES>();
         let texels = texels.iter().map(|t| u32::from_le_bytes(*t)).collect();
-        let level = Level { grid: Grid { nodes: [n, n, m, m] }, texels };
+        let grid = Grid { nodes: [n, n, m, m] };
         let name = density_name(entry.shape);
         let field = |message: String| Error::input(format!("{place}: {name}"), message);
         let data = tensor(&tensors, &name, Dtype::U8, &[VOLUME_NODES; 3]).map_err(field)?;
         values.add(data);
         let table = DensityVolume::from_bytes(data.to_vec()).and_then(|volume| {
             let (mean, errors) = (entry.mean_density, entry.errors.clone());
-            OpticalDepthTable::from_parts(entry.shape, mean, volume, level, errors)
+            OpticalDepthTable::from_parts(entry.shape, mean, volume, grid, texels, errors)
         });
         optical_depth.push(table.map_err(|e| Error::input(place, e.to_string()))?);
     }

@@ -4,7 +4,6 @@ use bytemuck::{Pod, Zeroable};
 
 use super::TableSet;
 use super::optical_depth::OpticalDepthTable;
-use super::optical_depth::levels::LEVELS;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, buffers};
 use crate::medium::shape::VOLUME_NODES;
@@ -18,30 +17,20 @@ const OPTICAL_DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgb10a2Un
 /// Volumes that stand one behind the other; as many as WebGPU's least limit of 2048 texels takes.
 const VOLUMES_DEEP: usize = 32;
 
-/// `DepthLevel` of `shaders/tables/optical_depth.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct DepthLevel {
-    /// Nodes along each axis of the disc.
-    pub disc_nodes: f32,
-    /// Nodes along each axis of the direction.
-    pub direction_nodes: f32,
-    /// Texels along x before the level.
-    pub first_column: f32,
-    /// Radius of a particle on screen, in pixels, up to which the level is read.
-    pub most_pixels: f32,
-}
-
 /// `OpticalDepthParams` of `shaders/tables/optical_depth.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct OpticalDepthParams {
-    /// The 4D table and its copies.
-    pub levels: [DepthLevel; LEVELS],
-    /// One over the texels of the 4D tables' texture along x, y, z.
-    pub inverse_size: [f32; 4],
+    /// Nodes along each axis of the disc.
+    pub disc_nodes: f32,
+    /// Nodes along each axis of the direction.
+    pub direction_nodes: f32,
+    /// One over the texture's width in texels.
+    pub inverse_width: f32,
+    /// One over the texture's height in texels.
+    pub inverse_height: f32,
     /// One over the texels of the volumes' texture along x, y, z.
-    pub inverse_volume_size: [f32; 4],
+    pub inverse_volumes: [f32; 4],
 }
 
 /// Textures, sampler and parameters of the tables of one medium, bind group 1 of the passes.
@@ -62,9 +51,9 @@ impl TablesGpu {
             )
         })?;
         let layout = layout(gpu);
-        let (texture, mut params, table_bytes) = optical_depth_texture(gpu, tables.optical_depth())?;
-        let (volumes, inverse_volume_size, volume_bytes) = density_texture(gpu, tables.optical_depth())?;
-        params.inverse_volume_size = inverse_volume_size;
+        let (volumes, inverse_volumes, volume_bytes) = density_texture(gpu, tables.optical_depth())?;
+        let (texture, params, table_bytes) =
+            optical_depth_texture(gpu, tables.optical_depth(), inverse_volumes)?;
         let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("tables"),
             mag_filter: wgpu::FilterMode::Linear,
@@ -209,47 +198,35 @@ fn texture(
     Ok((texture, [x, y, z, 0.0], size.iter().map(|n| *n as u64).product()))
 }
 
-/// Places the 4D tables of all shapes, with their copies, in one texture as the shader expects
-/// them.
+/// Places the 4D tables of all shapes in one texture as the shader expects them.
 fn optical_depth_texture(
     gpu: &Gpu,
     tables: &[OpticalDepthTable],
+    inverse_volumes: [f32; 4],
 ) -> Result<(wgpu::Texture, OpticalDepthParams, u64)> {
-    let mut params = OpticalDepthParams::zeroed();
-    // Without any noise shape the binding still wants a texture: the smallest one, never read.
-    let mut size = [1; 3];
-    if let Some(table) = tables.first() {
-        let mut width = 0;
-        for (level, params) in table.levels().iter().zip(&mut params.levels) {
-            let [disc, _, direction, _] = level.grid.nodes;
-            *params = DepthLevel {
-                disc_nodes: disc as f32,
-                direction_nodes: direction as f32,
-                first_column: width as f32,
-                most_pixels: level.most_pixels(),
-            };
-            width += disc * direction;
-        }
-        let [disc, _, direction, _] = table.grid().nodes;
-        size = [width, disc * tables.len(), direction];
-    }
+    // Without any noise shape the binding still wants a texture: the smallest grid, never read.
+    let [disc, _, direction, _] = tables.first().map_or([2; 4], |t| t.grid().nodes);
+    let size = [disc * direction, disc * tables.len().max(1), direction];
     let (texture, inverse, texels) = texture(gpu, "optical depth", size, OPTICAL_DEPTH_FORMAT)?;
-    params.inverse_size = inverse;
     for (shape, table) in tables.iter().enumerate() {
-        let row = table.grid().nodes[0] * shape;
-        for (level, params) in table.levels().iter().zip(&params.levels) {
-            let [disc, _, direction, _] = level.grid.nodes;
-            for (tile, texels) in level.texels.chunks_exact(disc * disc * direction).enumerate() {
-                let origin = [params.first_column as usize + disc * tile, row, 0];
-                let texels = bytemuck::cast_slice(texels);
-                write(gpu, &texture, origin, [disc, disc, direction], texels);
-            }
+        let tile_texels = disc * disc * direction;
+        for (tile, texels) in table.texels().chunks_exact(tile_texels).enumerate() {
+            let origin = [disc * tile, disc * shape, 0];
+            write(gpu, &texture, origin, [disc, disc, direction], bytemuck::cast_slice(texels));
         }
     }
+    let params = OpticalDepthParams {
+        disc_nodes: disc as f32,
+        direction_nodes: direction as f32,
+        inverse_width: inverse[0],
+        inverse_height: inverse[1],
+        inverse_volumes,
+    };
     Ok((texture, params, texels * TEXEL_BYTES))
 }
 
-/// Places the density volumes of all shapes in one texture as the shader expects them.
+/// Places the density volumes of all shapes, each with its filtered copies, in one texture as the
+/// shader expects them.
 fn density_texture(
     gpu: &Gpu,
     tables: &[OpticalDepthTable],
@@ -258,12 +235,16 @@ fn density_texture(
     let columns = tables.len().div_ceil(VOLUMES_DEEP);
     let size = match tables.len() {
         0 => [1; 3],
-        shapes => [N * columns, N, N * shapes.min(VOLUMES_DEEP)],
+        shapes => [2 * N * columns, N, N * shapes.min(VOLUMES_DEEP)],
     };
     let (texture, inverse, texels) = texture(gpu, "densities", size, wgpu::TextureFormat::R8Unorm)?;
     for (shape, table) in tables.iter().enumerate() {
-        let origin = [N * (shape / VOLUMES_DEEP), 0, N * (shape % VOLUMES_DEEP)];
-        write(gpu, &texture, origin, [N; 3], table.volume().bytes());
+        let [column, row] = [shape / VOLUMES_DEEP, shape % VOLUMES_DEEP];
+        for volume in table.volumes() {
+            let n = volume.nodes();
+            let origin = [2 * N * (column + 1) - 2 * n, 0, N * row];
+            write(gpu, &texture, origin, [n; 3], volume.bytes());
+        }
     }
     Ok((texture, inverse, texels))
 }

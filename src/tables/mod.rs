@@ -13,7 +13,7 @@ mod set;
 mod summary;
 
 pub use defaults::{default_media, default_shapes};
-pub use gpu::{DepthLevel, OpticalDepthParams, TablesGpu};
+pub use gpu::{OpticalDepthParams, TablesGpu};
 pub use progress::{Progress, Silent};
 pub use scattering::{ScatteringOptions, ScatteringTable};
 pub use set::{BakeOptions, TableSet};

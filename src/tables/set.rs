@@ -200,20 +200,19 @@ impl TableSet {
     /// axes of the particle; the twin of `chord_profile` in the shader.
     pub fn chord_profile(&self, shape: u32, entry: DVec3, exit: DVec3) -> ChordProfile {
         let table = self.table(shape);
-        table.map_or(ChordProfile::UNIFORM, |table| table.profile(entry, exit))
+        table.map_or(ChordProfile::UNIFORM, |table| table.profile(entry, exit, 0))
     }
 
-    /// The same for a particle of this radius on screen, in pixels: small ones get by with less;
-    /// the twin of `seen_profile` in the shader.
-    pub fn seen_profile(
+    /// The same from a filtered copy of the density: `optical_depth::volume::copy_for` says which.
+    pub fn copied_profile(
         &self,
         shape: u32,
         entry: DVec3,
         exit: DVec3,
-        radius_pixels: f32,
+        copy: usize,
     ) -> ChordProfile {
         let table = self.table(shape);
-        table.map_or(ChordProfile::UNIFORM, |table| table.seen(entry, exit, radius_pixels))
+        table.map_or(ChordProfile::UNIFORM, |table| table.profile(entry, exit, copy))
     }
 
     /// A quick answer for lines of light; the twin of `chord_step` in the shader.

@@ -36,7 +36,7 @@ impl TableSet {
                 shape.shape,
                 shape.mean_density,
                 mib(table.texels().len() * TEXEL_BYTES),
-                mib(table.volume().bytes().len()),
+                mib(table.volumes()[0].bytes().len()),
                 shape.errors.rays,
             ));
             for (way, depths) in [("volume", &shape.errors.depths), ("table", &shape.errors.table)] {

@@ -8,6 +8,7 @@ use super::lighting::{SourceInputs, source_function};
 use crate::frame::gpu_data::{FrameUniforms, Particle, ParticleLight};
 use crate::medium::PreparedPhase;
 use crate::tables::optical_depth::ChordProfile;
+use crate::tables::optical_depth::volume::copy_for;
 use crate::tables::{ScatteringTable, TableSet};
 
 /// Part of a ray within one particle.
@@ -100,11 +101,11 @@ impl ChordInputs<'_> {
         let turn = DQuat::from_array(particle.orientation.map(f64::from));
         let pixels_per_radian =
             0.5 * f64::from(self.frame.size[0]) / vector(&self.frame.right).length();
-        let profile = self.tables.seen_profile(
+        let profile = self.tables.copied_profile(
             particle.shape,
             turn * place(near),
             turn * place(near + 2.0 * half),
-            (radius * pixels_per_radian / centre.length().max(radius)) as f32,
+            copy_for((radius * pixels_per_radian / centre.length().max(radius)) as f32),
         );
         let length = 2.0 * half;
         let optical_depth =

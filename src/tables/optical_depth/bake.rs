@@ -8,7 +8,6 @@ use super::fit::Target;
 use super::grid::Grid;
 use super::lookup::LEAST_EXTENT;
 use super::mapping::HemisphereDisc;
-use super::levels::Level;
 use super::measure::{
     Answer, CENTRAL_DEPTHS, OpticalDepthErrors, central_matter, errors, test_chords,
 };
@@ -132,14 +131,13 @@ impl OpticalDepthTable {
         progress.start(steps, &format!("optical depth of {spec}"));
         let samples = gather(&shape, &HemisphereDisc, &draws, encode_ray, progress);
         let channels = samples.fit(options.iterations, || progress.advance(rows));
-        let level = Level { grid, texels: channels.into_iter().map(pack).collect() };
-        let volume = DensityVolume::of(&shape);
-        let mut table =
-            Self::from_parts(spec, shape.mean_density(), volume, level, Default::default())?;
+        let texels = channels.into_iter().map(pack).collect();
+        let (mean, volume) = (shape.mean_density(), DensityVolume::of(&shape));
+        let mut table = Self::from_parts(spec, mean, volume, grid, texels, Default::default())?;
         let chords = test_chords(&shape, TEST_CHORDS, TEST_SEED);
         table.set_errors(OpticalDepthErrors {
             rays: TEST_CHORDS as u64,
-            depths: errors(&chords, central, |c| Answer::of(&table.profile(c.entry, c.exit), c)),
+            depths: errors(&chords, central, |c| Answer::of(&table.profile(c.entry, c.exit, 0), c)),
             table: errors(&chords, central, |c| Answer::of_step(&table.step(c.entry, c.exit), c)),
         });
         Ok(table)

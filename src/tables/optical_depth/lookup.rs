@@ -37,7 +37,7 @@ const FULL: f32 = 113.0;
 pub struct ChordProfile {
     /// Mean density along the chord, 0..1.
     pub mean_density: f32,
-    /// One over the sum of the bins; 0 where the matter is spread evenly.
+    /// One over the sum of the bins; 0 where there is no matter.
     pub inverse_sum: f32,
     /// Densities of the bins, up to a common factor.
     pub words: [u32; WORDS],
@@ -61,11 +61,22 @@ pub const LEAST_EXTENT: f32 = 0.1;
 
 impl ChordProfile {
     /// Density 1 all along.
-    pub const UNIFORM: Self = Self { mean_density: 1.0, inverse_sum: 0.0, words: [0; WORDS] };
+    pub const UNIFORM: Self = Self::uniform();
+
+    const fn uniform() -> Self {
+        const WORD: u32 = FULL as u32;
+        let mut words = [WORD | WORD << BIN_BITS | WORD << (2 * BIN_BITS); WORDS];
+        let mut i = 0;
+        while i < WORDS {
+            words[i] |= (WORD * (BINS_IN_WORD * i) as u32) << SUM_SHIFT;
+            i += 1;
+        }
+        Self { mean_density: 1.0, inverse_sum: 1.0 / (FULL * BINS as f32), words }
+    }
 
     /// From the density at the middles of the bins, by fraction of the length.
     fn of(density: impl Fn(f32) -> f32) -> Self {
-        let mut profile = Self { mean_density: 0.0, ..Self::UNIFORM };
+        let mut profile = Self { mean_density: 0.0, inverse_sum: 0.0, words: [0; WORDS] };
         let mut sum = 0;
         for (i, word) in profile.words.iter_mut().enumerate() {
             *word = sum << SUM_SHIFT;
@@ -87,25 +98,9 @@ impl ChordProfile {
         Self::of(|t| volume.density(entry + t * (exit - entry)))
     }
 
-    /// What a table says of the chord.
-    pub fn of_step(step: &ChordStep) -> Self {
-        if step.smoothness == 0.0 {
-            return Self { mean_density: step.mean_density, ..Self::UNIFORM };
-        }
-        let spread = Self::of(|t| {
-            let x = ((t - step.start) * step.inverse_extent).clamp(0.0, 1.0);
-            // The density of a smooth step, up to a factor.
-            4.0 * x * (1.0 - x)
-        });
-        Self { mean_density: step.mean_density, ..spread }
-    }
-
     /// Share of the chord's matter before the fraction `t` of its length: 0 at 0, 1 at 1, and
-    /// never falling between.
+    /// never falling between; 0 where there is no matter.
     pub fn fraction(&self, t: f32) -> f32 {
-        if self.inverse_sum == 0.0 {
-            return t;
-        }
         let place = t * BINS as f32;
         let bin = (place as usize).min(BINS - 1);
         let word = self.words[bin / BINS_IN_WORD];
@@ -160,25 +155,18 @@ mod tests {
         Vec4::new(number(), start, end, 0.0)
     }
 
-    fn random_profiles() -> impl Iterator<Item = ChordProfile> {
-        let noise = (0..500).map(|i| {
-            ChordProfile::of(|t| {
-                let x = Stream::new(i, (t * 1000.0) as u64).uniform() as f32;
-                // Some places are empty; some chords are all over.
-                if i % 5 == 0 { 0.0 } else { (2.0 * x - 1.0).max(0.0) }
-            })
-        });
-        let steps = (0..500).map(|i| {
-            let step = ChordStep::decode(random_channels(i), i % 2 == 0);
-            assert!(step.start >= -1e-6 && step.start + 1.0 / step.inverse_extent <= 1.0 + 1e-5);
-            ChordProfile::of_step(&step)
-        });
-        noise.chain(steps)
+    /// Noise; some places are empty.
+    fn random_profile(i: u64, reversed: bool) -> ChordProfile {
+        ChordProfile::of(|t| {
+            let t = if reversed { 1.0 - t } else { t };
+            let x = Stream::new(i, (t * BINS as f32) as u64).uniform() as f32;
+            (2.0 * x - 1.0).max(0.0)
+        })
     }
 
     #[test]
     fn fractions_rise_from_nothing_to_all() {
-        for profile in random_profiles() {
+        for profile in (0..500).map(|i| random_profile(i, false)) {
             assert_eq!(profile.fraction(0.0), 0.0);
             // One over the sum is rounded.
             assert!((profile.fraction(1.0) - 1.0).abs() < 1e-6, "{profile:?}");
@@ -192,6 +180,7 @@ mod tests {
         }
         for i in 0..2000 {
             let step = ChordStep::decode(random_channels(i), i % 2 == 0);
+            assert!(step.start >= -1e-6 && step.start + 1.0 / step.inverse_extent <= 1.0 + 1e-5);
             assert_eq!(step.fraction(0.0), 0.0);
             assert!((step.fraction(1.0) - 1.0).abs() < 1e-5, "{step:?}");
         }
@@ -205,36 +194,23 @@ mod tests {
                 continue;
             }
             let (there, back) = (ChordStep::decode(channels, false), ChordStep::decode(channels, true));
-            let profiles = (ChordProfile::of_step(&there), ChordProfile::of_step(&back));
+            let profiles = (random_profile(i, false), random_profile(i, true));
             for k in 0..=20 {
                 let t = k as f32 / 20.0;
                 assert!((there.fraction(t) + back.fraction(1.0 - t) - 1.0).abs() < 1e-5);
                 let sum = profiles.0.fraction(t) + profiles.1.fraction(1.0 - t);
-                // The bins are rounded to half of 1/113 of the largest, and there are at least two.
-                assert!((sum - 1.0).abs() < 5e-3, "{sum}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_profile_follows_the_step_that_it_is_made_of() {
-        for i in (1..400).filter(|i| i % 4 != 0) {
-            let step = ChordStep::decode(random_channels(i), false);
-            let profile = ChordProfile::of_step(&step);
-            for k in 0..=50 {
-                let t = k as f32 / 50.0;
-                // Two bins on the shortest extent: ramps in place of a smooth step.
-                assert!((profile.fraction(t) - step.fraction(t)).abs() < 0.25, "{step:?} {t}");
+                assert!((sum - 1.0).abs() < 1e-5, "{sum}");
             }
         }
     }
 
     #[test]
     fn uniform_chords_share_by_length() {
+        assert_eq!(ChordProfile::UNIFORM.words, ChordProfile::of(|_| 1.0).words);
+        assert_eq!(ChordProfile::of(|_| 0.0).fraction(1.0), 0.0);
         for k in 0..=10 {
             let t = k as f32 / 10.0;
-            assert_eq!(ChordProfile::UNIFORM.fraction(t), t);
-            assert_eq!(ChordProfile::of_step(&ChordStep::UNIFORM).fraction(t), t);
+            assert!((ChordProfile::UNIFORM.fraction(t) - t).abs() < 1e-6);
             assert_eq!(ChordStep::UNIFORM.fraction(t), t);
         }
     }

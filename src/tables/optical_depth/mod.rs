@@ -13,7 +13,7 @@
 //! - [`fit`]: least squares to random chords, weighted by what an error does to the transmittance;
 //! - [`encoding`]: the square root of the mean density, in 10 bits like the two places. Thin
 //!   chords, where transmittance is sensitive, get the finer steps and the straighter curves;
-//! - [`levels`]: copies of the 4D table, filtered in 4D, for distant particles.
+//! - [`volume`]: filtered copies of the density, for distant particles.
 //!
 //! Tried without success, at central optical depth 10 and equal bytes. Interpolating between
 //! directions along the line through the middle of a chord's matter in place of the middle of the
@@ -31,7 +31,6 @@ pub mod compare;
 pub mod encoding;
 pub mod fit;
 pub mod grid;
-pub mod levels;
 pub mod lookup;
 pub mod mapping;
 pub mod measure;

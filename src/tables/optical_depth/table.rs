@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::encoding::UNUSED;
-use super::grid::Grid;
-use super::levels::{LEVELS, Level};
+use super::encoding::{UNUSED, unpack};
+use super::grid::{Grid, filtered};
 use super::lookup::{ChordProfile, ChordStep};
+use super::mapping::{ChordMapping, HemisphereDisc};
 use super::measure::OpticalDepthErrors;
 use super::volume::DensityVolume;
 use crate::error::{Error, Result};
@@ -14,16 +14,14 @@ use crate::medium::ShapeSpec;
 /// Fewest and most nodes along an axis: fewer is no table, more do not fit into a texture.
 pub const NODES: std::ops::RangeInclusive<usize> = 4..=64;
 
-/// Least radius in pixels at which a particle is marched through. Twin of the shader's constant.
-pub const MARCH_PIXELS: f32 = 24.0;
-
 /// What is known of the chords of one noise shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpticalDepthTable {
     spec: ShapeSpec,
     mean_density: f64,
-    volume: DensityVolume,
-    levels: Vec<Level>,
+    volumes: Vec<DensityVolume>,
+    grid: Grid,
+    texels: Vec<u32>,
     errors: OpticalDepthErrors,
 }
 
@@ -33,12 +31,12 @@ impl OpticalDepthTable {
         spec: ShapeSpec,
         mean_density: f64,
         volume: DensityVolume,
-        table: Level,
+        grid: Grid,
+        texels: Vec<u32>,
         errors: OpticalDepthErrors,
     ) -> Result<Self> {
         let refuse =
             |message: String| Err(Error::input(format!("optical depth of {spec}"), message));
-        let Level { grid, texels } = &table;
         if !grid.nodes.iter().all(|n| NODES.contains(n)) {
             return refuse(format!(
                 "expected {} to {} nodes along each axis, found {:?}",
@@ -56,12 +54,7 @@ impl OpticalDepthTable {
         if !(mean_density > 0.0 && mean_density <= 1.0) {
             return refuse(format!("expected a mean density in 0..1, found {mean_density}"));
         }
-        let mut levels = vec![table];
-        while levels.len() < LEVELS {
-            let next = levels[levels.len() - 1].filtered();
-            levels.push(next);
-        }
-        Ok(Self { spec, mean_density, volume, levels, errors })
+        Ok(Self { spec, mean_density, volumes: volume.with_copies(), grid, texels, errors })
     }
 
     /// Kind and seed of the shape.
@@ -74,24 +67,20 @@ impl OpticalDepthTable {
         self.mean_density
     }
 
-    /// The density.
-    pub fn volume(&self) -> &DensityVolume {
-        &self.volume
-    }
-
-    /// The 4D table, and its filtered copies, each with half the nodes of the one before.
-    pub fn levels(&self) -> &[Level] {
-        &self.levels
+    /// The density, and its filtered copies, each of half the nodes of the one before along each
+    /// edge.
+    pub fn volumes(&self) -> &[DensityVolume] {
+        &self.volumes
     }
 
     /// Nodes along the axes of the 4D table: two of the place on the disc, two of the direction.
     pub fn grid(&self) -> Grid {
-        self.levels[0].grid
+        self.grid
     }
 
     /// The packed values of the 4D table, the first axis of the grid fastest.
     pub fn texels(&self) -> &[u32] {
-        &self.levels[0].texels
+        &self.texels
     }
 
     /// Errors against direct integration, measured when the table was baked.
@@ -103,23 +92,19 @@ impl OpticalDepthTable {
         self.errors = errors;
     }
 
-    /// The good answer for the chord between two points of the unit sphere.
-    pub fn profile(&self, entry: DVec3, exit: DVec3) -> ChordProfile {
-        ChordProfile::march(&self.volume, entry.as_vec3(), exit.as_vec3())
+    /// The good answer for the chord between two points of the unit sphere, or that of a filtered
+    /// copy of the density; 0 is the density itself.
+    pub fn profile(&self, entry: DVec3, exit: DVec3, copy: usize) -> ChordProfile {
+        let copy = copy.min(self.volumes.len() - 1);
+        ChordProfile::march(&self.volumes[copy], entry.as_vec3(), exit.as_vec3())
     }
 
     /// The quick answer, from the 4D table.
     pub fn step(&self, entry: DVec3, exit: DVec3) -> ChordStep {
-        self.levels[0].step(entry, exit)
-    }
-
-    /// The answer for a particle of this radius on screen, in pixels.
-    pub fn seen(&self, entry: DVec3, exit: DVec3, radius_pixels: f32) -> ChordProfile {
-        if radius_pixels >= MARCH_PIXELS {
-            return self.profile(entry, exit);
-        }
-        let coarse = |level: &&Level| radius_pixels <= level.most_pixels();
-        let level = self.levels[1..].iter().rev().find(coarse).unwrap_or(&self.levels[0]);
-        ChordProfile::of_step(&level.step(entry, exit))
+        let place = HemisphereDisc.place(entry, exit);
+        let channels = filtered(&self.grid, place.at, |node| {
+            unpack(self.texels.get(node).copied().unwrap_or_default())
+        });
+        ChordStep::decode(channels, place.reversed)
     }
 }

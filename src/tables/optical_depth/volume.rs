@@ -6,17 +6,39 @@ use crate::error::{Error, Result};
 use crate::medium::Shape;
 use crate::medium::shape::{VOLUME_CELL, VOLUME_FULL, VOLUME_NODES};
 
-/// Nodes of a volume.
+/// Nodes of the full volume.
 pub const NODES: usize = VOLUME_NODES * VOLUME_NODES * VOLUME_NODES;
+/// Volumes of a shape, the filtered copies among them. The last copy has 8 nodes along an edge: a
+/// particle for which it is still too fine covers a pixel or two.
+pub const VOLUMES: usize = 4;
+/// Radius of a particle on screen, in pixels, below which the first copy is read; half of it for
+/// the second, and so on. Measured by `tests/frame/distant.rs`.
+pub const COPY_PIXELS: f32 = 12.0;
 
-/// The density volume of a noise shape: the same function as [`Shape::density`] in the sphere.
+/// The copy for a particle of this radius on screen, in pixels; twin of `copy_for` in the shader.
+pub fn copy_for(radius_pixels: f32) -> usize {
+    let copy = (COPY_PIXELS / radius_pixels.max(1e-6)).log2().floor() + 1.0;
+    copy.clamp(0.0, (VOLUMES - 1) as f32) as usize
+}
+
+/// The density of a noise shape over -1..1 in all axes: the same function as [`Shape::density`] in
+/// the sphere; or a filtered copy.
+///
+/// A pixel that is wider than the distance of nodes shows the mean of many chords. The mean of
+/// parallel chords is the chord of the averaged density, so filtering the three axes of the volume
+/// filters all four of the chords, and no chord ever mixes with one that is not its neighbour.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DensityVolume(Vec<u8>);
+pub struct DensityVolume {
+    /// Nodes along an edge.
+    nodes: usize,
+    bytes: Vec<u8>,
+}
 
 impl DensityVolume {
     /// Of a noise shape.
     pub fn of(shape: &Shape) -> Self {
-        Self(shape.volume().iter().map(|d| (d * VOLUME_FULL).round() as u8).collect())
+        let bytes = shape.volume().iter().map(|d| (d * VOLUME_FULL).round() as u8).collect();
+        Self { nodes: VOLUME_NODES, bytes }
     }
 
     /// From the bytes of a file, x fastest.
@@ -27,29 +49,60 @@ impl DensityVolume {
                 format!("expected {NODES} values, found {}", bytes.len()),
             ));
         }
-        Ok(Self(bytes))
+        Ok(Self { nodes: VOLUME_NODES, bytes })
+    }
+
+    /// Nodes along each edge.
+    pub fn nodes(&self) -> usize {
+        self.nodes
     }
 
     /// The nodes, x fastest, then y, then z; 255 is density 1.
     pub fn bytes(&self) -> &[u8] {
-        &self.0
+        &self.bytes
+    }
+
+    /// The volume and its copies.
+    pub(super) fn with_copies(self) -> Vec<Self> {
+        let mut volumes = vec![self];
+        for i in 1..VOLUMES {
+            let copy = volumes[i - 1].halved();
+            volumes.push(copy);
+        }
+        volumes
+    }
+
+    /// Means of 2 x 2 x 2 nodes.
+    fn halved(&self) -> Self {
+        let (fine, nodes) = (self.nodes, self.nodes / 2);
+        let mean = |node: usize| {
+            let [x, y, z] = [node % nodes, node / nodes % nodes, node / (nodes * nodes)];
+            let first = 2 * (x + fine * (y + fine * z));
+            let offsets = (0..8).map(|i| (i & 1) + fine * ((i >> 1 & 1) + fine * (i >> 2)));
+            let sum: u32 = offsets.map(|o| u32::from(self.bytes[first + o])).sum();
+            ((sum + 4) / 8) as u8
+        };
+        Self { nodes, bytes: (0..nodes * nodes * nodes).map(mean).collect() }
     }
 
     /// Density at a point of -1..1 in all axes, trilinear.
     pub fn density(&self, x: Vec3) -> f32 {
-        const N: usize = VOLUME_NODES;
-        let p = (x + 1.0) * (1.0 / VOLUME_CELL as f32);
-        let cell = p.clamp(Vec3::ZERO, Vec3::splat((N - 2) as f32)).floor();
+        let n = self.nodes;
+        // The outermost nodes of the full volume lie on the faces of the cube, those of a copy
+        // where the means of its nodes lie.
+        let ratio = n as f32 / VOLUME_NODES as f32;
+        let p = (x + 1.0) * (ratio / VOLUME_CELL as f32) + (0.5 * ratio - 0.5);
+        let cell = p.clamp(Vec3::ZERO, Vec3::splat((n - 2) as f32)).floor();
         let f = (p - cell).clamp(Vec3::ZERO, Vec3::ONE);
-        let base = cell.x as usize + N * (cell.y as usize + N * cell.z as usize);
+        let base = cell.x as usize + n * (cell.y as usize + n * cell.z as usize);
         // One bounds check for all eight corners.
-        let Some(v) = self.0.get(base..base + N * N + N + 2) else { return 0.0 };
+        let Some(v) = self.bytes.get(base..base + n * n + n + 2) else { return 0.0 };
         let row = |i: usize| {
             let (a, b) = (f32::from(v[i]), f32::from(v[i + 1]));
             a + f.x * (b - a)
         };
-        let near = row(0) + f.y * (row(N) - row(0));
-        let far = row(N * N) + f.y * (row(N * N + N) - row(N * N));
+        let near = row(0) + f.y * (row(n) - row(0));
+        let far = row(n * n) + f.y * (row(n * n + n) - row(n * n));
         (near + f.z * (far - near)) / VOLUME_FULL
     }
 }
@@ -69,6 +122,25 @@ mod tests {
             let difference = f64::from(volume.density(x.as_vec3())) - shape.density(x);
             // A place in f32 is off by 4e-6 cells, neighbours differ by less than 1.
             assert!(difference.abs() < 1e-5, "{x} {difference}");
+        }
+        let copies = volume.with_copies();
+        assert_eq!(copies.iter().map(DensityVolume::nodes).collect::<Vec<_>>(), [64, 32, 16, 8]);
+        let matter = |v: &DensityVolume| {
+            v.bytes().iter().map(|b| f64::from(*b)).sum::<f64>() / v.bytes().len() as f64
+        };
+        for copy in &copies[1..] {
+            // Means are rounded to whole bytes, up and down.
+            assert!((matter(copy) - matter(&copies[0])).abs() < 0.1);
+            // At a node of a copy the mean of the eight nodes around it.
+            let x = Vec3::new(0.1, -0.2, 0.3);
+            let cell = VOLUME_CELL as f32 * 64.0 / copy.nodes() as f32;
+            let first = -1.0 + 0.5 * (cell - VOLUME_CELL as f32);
+            let node = ((x - first) / cell).round();
+            let at = first + cell * node;
+            let index = node.as_uvec3();
+            let byte = copy.bytes()
+                [(index.x + copy.nodes() as u32 * (index.y + copy.nodes() as u32 * index.z)) as usize];
+            assert!((copy.density(at) - f32::from(byte) / VOLUME_FULL).abs() < 1e-4);
         }
         assert!(DensityVolume::from_bytes(vec![0; NODES - 1]).is_err());
     }
