@@ -1,6 +1,7 @@
 //! Real-time volumetric clouds from precomputed particle tables, on wgpu.
 
 pub mod cli;
+pub mod compare;
 pub mod error;
 pub mod frame;
 pub mod gpu;

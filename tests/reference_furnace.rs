@@ -5,7 +5,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use cumuli::medium::{Phase, Shape};
-use cumuli::reference::{Film, Matter, ParticleGrid, Random, SunDisc, UniformSky, WorldParticle};
+use cumuli::reference::{
+    Film, Filter, Matter, ParticleGrid, Random, SunDisc, UniformSky, View, WorldParticle,
+};
 use cumuli::scene::Camera;
 use glam::{DQuat, DVec3};
 
@@ -29,13 +31,14 @@ fn clump(count: usize, shape: &str, extinction: f64) -> ParticleGrid {
     ParticleGrid::new(particles)
 }
 
-fn camera() -> Camera {
-    Camera {
+fn view(size: [u32; 2]) -> View {
+    let camera = Camera {
         position: DVec3::new(0.0, 0.0, 1500.0),
         target: DVec3::ZERO,
         up: DVec3::Y,
         fov_x: 40.0,
-    }
+    };
+    View::new(&camera, size, None, Filter::Box)
 }
 
 #[test]
@@ -48,7 +51,7 @@ fn clouds_vanish_in_a_furnace() {
         let matter = Matter { phase: phase.prepare(), albedo: 1.0 };
         let sky = UniformSky { radiance: DVec3::new(1.0, 0.5, 0.25), sun: None, ground: None };
         let mut film = Film::new([24, 16]);
-        film.expose(&medium, &sky, &matter, &camera(), 1, 4);
+        film.expose(&medium, &sky, &matter, &view([24, 16]), 1, 4);
         for pixel in 0..film.pixels.len() {
             let [red, green, ..] = film.estimates(pixel);
             // Every path of albedo 1 brings the sky's radiance home: no noise at all.
@@ -69,7 +72,7 @@ fn paths_a_second() {
     let sky = UniformSky { radiance: DVec3::splat(0.03), sun: Some(sun), ground: None };
     let mut film = Film::new([64, 64]);
     let start = Instant::now();
-    film.expose(&medium, &sky, &matter, &camera(), 1, 16);
+    film.expose(&medium, &sky, &matter, &view([64, 64]), 1, 16);
     let paths = 64.0 * 64.0 * 16.0;
     println!("{:.0} paths a second, mean {}", paths / start.elapsed().as_secs_f64(), film.mean());
 }

@@ -44,7 +44,10 @@ fn errors_are_what_the_file_says() {
         if shape.name() == "pyroclastic-1" {
             let at_ten = &table.errors().depths[1];
             assert_eq!(at_ten.central_depth, 10.0);
-            assert!(at_ten.rms < 0.005 && at_ten.p99 < 0.02 && at_ten.part_rms < 0.01, "{at_ten:?}");
+            assert!(
+                at_ten.rms < 0.005 && at_ten.p99 < 0.02 && at_ten.part_rms < 0.01,
+                "{at_ten:?}"
+            );
         }
     }
 }

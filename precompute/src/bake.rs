@@ -100,8 +100,8 @@ pub fn run(args: &BakeArgs) -> Result<()> {
         },
     };
     let bar = StageBar::new();
-    let tables = TableSet::bake(&options, &bar);
+    let baked = TableSet::bake_to(&args.out, &options, &bar);
     drop(bar);
-    tables?.save(&args.out)?;
+    baked?;
     print(&format!("{} in {:.1} s", args.out.display(), start.elapsed().as_secs_f64()))
 }

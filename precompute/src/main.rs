@@ -6,6 +6,10 @@
 mod bake;
 mod compare;
 mod info;
+mod plot;
+mod rays;
+mod sample;
+mod verify;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -29,6 +33,12 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Show what is in a table file: shapes, parameters, bytes, measured errors
     Info(info::InfoArgs),
+    /// Draw a table file: shapes, errors, lit spheres, curves
+    Plot(plot::PlotArgs),
+    /// Answer rays through the tables, for comparison with other solvers
+    Sample(sample::SampleArgs),
+    /// Check a table file against integration, photons and closed forms; exit code 1 where one fails
+    Verify(verify::VerifyArgs),
 }
 
 fn main() -> ExitCode {
@@ -36,6 +46,9 @@ fn main() -> ExitCode {
         Command::Bake(args) => bake::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Plot(args) => plot::run(&args),
+        Command::Sample(args) => sample::run(&args),
+        Command::Verify(args) => verify::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

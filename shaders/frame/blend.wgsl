@@ -9,7 +9,7 @@
 #import cumuli::lighting::{SourceInputs, source_function}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
 #import cumuli::optical_depth::{bins_before, chord_profile, copy_for}
-#import cumuli::phase::{PhaseParams, phase_function}
+#import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::quaternion::rotate
 #import cumuli::scattering::scattering_source
 #import cumuli::sky::ground_distance
@@ -108,7 +108,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         let ndc = (vec2<f32>(id.xy) + 0.5) / vec2<f32>(frame.size) * 2.0 - 1.0;
         let dir = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
         let cos_theta = clamp(dot(frame.sun.xyz, dir), -1.0, 1.0);
-        let phase_once = phase_function(phase, cos_theta);
+        let phase_once = phase_between(phase, dir, frame.sun.xyz);
         let phase_twice = henyey_greenstein(frame.mean_cosine * frame.mean_cosine, cos_theta);
         // In the middle of the picture; a rectilinear picture stretches towards its corners.
         let pixels_per_radian = 0.5 * f32(frame.size.x) / length(frame.right.xyz);

@@ -52,6 +52,8 @@ const BIN_MASK: u32 = 127u;
 const SUM_SHIFT: u32 = 21u;
 // The number that stands for density 1: the most for which 18 bins fit into the sum's 11 bits.
 const FULL: f32 = 113.0;
+// A largest density below this is none.
+const LEAST_DENSITY: f32 = 4e-6;
 // Nodes along each edge of a density volume, and volumes along z.
 const VOLUME_NODES: f32 = 64.0;
 const VOLUMES_DEEP: u32 = 32u;
@@ -108,9 +110,9 @@ fn step_fraction(profile: ChordStep, t: f32) -> f32 {
     return mix(x, x * x * (3.0 - 2.0 * x), profile.smoothness);
 }
 
-// A word from the densities of its bins and the sum of all before.
+// A word from its bins and the sum of all before.
 fn pack_bins(densities: vec3<f32>, sum: u32) -> u32 {
-    let rounded = vec3<u32>(densities * FULL + 0.5);
+    let rounded = vec3<u32>(densities + 0.5);
     return rounded.x | (rounded.y << BIN_BITS) | (rounded.z << (2u * BIN_BITS)) | (sum << SUM_SHIFT);
 }
 
@@ -120,25 +122,22 @@ fn sum_after(word: u32) -> u32 {
 }
 
 // A profile from the densities of each word's bins.
-fn pack_profile(mean: f32, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>, e: vec3<f32>, f: vec3<f32>, g: vec3<f32>) -> ChordProfile {
+fn pack_profile(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>, e: vec3<f32>, f: vec3<f32>, g: vec3<f32>) -> ChordProfile {
+    // The largest bin takes all its bits, so that no chord loses what little it has.
+    let most = max(max(max(a, b), max(c, d)), max(max(e, f), g));
+    let factor = FULL / max(max(most.x, max(most.y, most.z)), LEAST_DENSITY);
     var result: ChordProfile;
-    result.mean_density = mean;
-    result.low.x = pack_bins(a, 0u);
-    result.low.y = pack_bins(b, sum_after(result.low.x));
-    result.low.z = pack_bins(c, sum_after(result.low.y));
-    result.low.w = pack_bins(d, sum_after(result.low.z));
-    result.high.x = pack_bins(e, sum_after(result.low.w));
-    result.high.y = pack_bins(f, sum_after(result.high.x));
-    result.high.z = pack_bins(g, sum_after(result.high.y));
+    result.mean_density = dot(a + b + c + d + e + f + g, vec3(1.0 / BINS));
+    result.low.x = pack_bins(a * factor, 0u);
+    result.low.y = pack_bins(b * factor, sum_after(result.low.x));
+    result.low.z = pack_bins(c * factor, sum_after(result.low.y));
+    result.low.w = pack_bins(d * factor, sum_after(result.low.z));
+    result.high.x = pack_bins(e * factor, sum_after(result.low.w));
+    result.high.y = pack_bins(f * factor, sum_after(result.high.x));
+    result.high.z = pack_bins(g * factor, sum_after(result.high.y));
     let sum = sum_after(result.high.z);
     result.inverse_sum = select(0.0, 1.0 / f32(sum), sum > 0u);
     return result;
-}
-
-// Density 1 all along.
-fn even_profile() -> ChordProfile {
-    let full = vec3(1.0);
-    return pack_profile(1.0, full, full, full, full, full, full, full);
 }
 
 // Densities in the bins of a word, whose first one lies at this texture place.
@@ -155,7 +154,7 @@ fn march_bins(at: vec3<f32>, step: vec3<f32>) -> vec3<f32> {
 fn chord_profile(shape: u32, entry: vec3<f32>, exit: vec3<f32>, copy: u32) -> ChordProfile {
     if shape == 0u {
         let full = vec3(1.0);
-        return pack_profile(1.0, full, full, full, full, full, full, full);
+        return pack_profile(full, full, full, full, full, full, full);
     }
     let inverse = optical_depth_params.inverse_volumes.xyz;
     let size = VOLUME_NODES / f32(1u << copy);
@@ -163,8 +162,8 @@ fn chord_profile(shape: u32, entry: vec3<f32>, exit: vec3<f32>, copy: u32) -> Ch
     let row = f32((shape - 1u) % VOLUMES_DEEP);
     // Copies stand behind one another: half, three quarters, ... of a volume's size further on.
     let first = vec3(2.0 * VOLUME_NODES * (column + 1.0) - 2.0 * size, 0.0, VOLUME_NODES * row);
-    // The outermost nodes lie on the faces of the cube, half a texel inside the full volume.
-    let scale = size * 0.5 * (VOLUME_NODES - 1.0) / VOLUME_NODES;
+    // The outermost nodes lie on the faces of the cube.
+    let scale = 0.5 * (size - 1.0);
     let step = (exit - entry) * (scale / BINS) * inverse;
     let at = (first + 0.5 * size + entry * scale) * inverse + 0.5 * step;
     let a = march_bins(at, step);
@@ -174,8 +173,7 @@ fn chord_profile(shape: u32, entry: vec3<f32>, exit: vec3<f32>, copy: u32) -> Ch
     let e = march_bins(at + 12.0 * step, step);
     let f = march_bins(at + 15.0 * step, step);
     let g = march_bins(at + 18.0 * step, step);
-    let mean = dot(a + b + c + d + e + f + g, vec3(1.0 / BINS));
-    return pack_profile(mean, a, b, c, d, e, f, g);
+    return pack_profile(a, b, c, d, e, f, g);
 }
 
 // The copy for a particle of this radius on screen, in pixels.
@@ -197,6 +195,7 @@ fn bins_before(low: vec4<u32>, high: vec4<u32>, t: f32) -> f32 {
 }
 
 // Share of the chord's matter before the fraction t of its length: 0 at 0, 1 at 1, never falling.
+// Where there is no matter, it is the share of the length.
 fn chord_fraction(profile: ChordProfile, t: f32) -> f32 {
-    return bins_before(profile.low, profile.high, t) * profile.inverse_sum;
+    return select(bins_before(profile.low, profile.high, t) * profile.inverse_sum, t, profile.inverse_sum == 0.0);
 }

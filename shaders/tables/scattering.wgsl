@@ -41,7 +41,8 @@ fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_r
     let apart = dir - sun;
     let half_sine_squared = min(0.25 * dot(apart, apart), 1.0);
     let half_sine = sqrt(half_sine_squared);
-    let half_cosine = sqrt(1.0 - half_sine_squared);
+    // From the sum: next to the sun's opposite the root of a difference loses half its digits.
+    let half_cosine = min(0.5 * length(dir + sun), 1.0);
     let cosine = 1.0 - 2.0 * half_sine_squared;
     let scaled = half_sine * p.lobe_inverse;
     let view_sun = log(scaled + sqrt(scaled * scaled + 1.0)) * p.lobe_factor

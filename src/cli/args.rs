@@ -70,6 +70,53 @@ pub(super) fn samples(text: &str) -> Result<u64, String> {
     }
 }
 
+/// Paths a pixel.
+pub(super) fn samples_a_pixel(text: &str) -> Result<u32, String> {
+    whole(text, 1_000_000_000)
+}
+
+/// Threads.
+pub(super) fn threads(text: &str) -> Result<usize, String> {
+    whole(text, 4096).map(|n| n as usize)
+}
+
+fn whole(text: &str, most: u32) -> Result<u32, String> {
+    match text.parse() {
+        Ok(n) if (1..=most).contains(&n) => Ok(n),
+        _ => Err(format!("expected a whole number from 1 to {most}, found `{text}`")),
+    }
+}
+
+/// Diameter of a lens, m.
+pub(super) fn aperture(text: &str) -> Result<f64, String> {
+    number(text, &Range { least: 0.0, most: 1e4, unit: "" }, "metres")
+}
+
+/// Distance of what is sharp, m.
+pub(super) fn focus(text: &str) -> Result<f64, String> {
+    number(text, &Range { least: 1e-3, most: 1e9, unit: "" }, "metres")
+}
+
+/// Exposure, EV.
+pub(super) fn exposure(text: &str) -> Result<f64, String> {
+    number(text, &limits::EXPOSURE, "an exposure")
+}
+
+/// A number of standard errors.
+pub(super) fn z_score(text: &str) -> Result<f64, String> {
+    number(text, &Range { least: 0.0, most: 1e6, unit: "" }, "a number")
+}
+
+/// Time between two events, s.
+pub(super) fn interval(text: &str) -> Result<f64, String> {
+    number(text, &Range { least: 0.0, most: 1e9, unit: "" }, "seconds")
+}
+
+/// Time that a shutter is open, s.
+pub(super) fn shutter(text: &str) -> Result<f64, String> {
+    number(text, &Range { least: 0.0, most: 1e6, unit: "" }, "seconds")
+}
+
 fn number(text: &str, range: &Range, what: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value >= range.least && value <= range.most => Ok(value),

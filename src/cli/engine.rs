@@ -14,6 +14,13 @@ pub(super) fn renderer(
     job: &Job,
     tables: Option<&Path>,
 ) -> Result<impl FnMut(f64) -> Result<Picture>> {
+    let (mut renderer, _) = made(job, tables)?;
+    let (scene, size) = (job.scene.clone(), job.size);
+    Ok(move |time| renderer.render(&scene, time, size))
+}
+
+/// Makes the device and the renderer for a job, and the tables with its medium.
+pub(super) fn made(job: &Job, tables: Option<&Path>) -> Result<(Renderer, TableSet)> {
     let tables = tables_of(tables)?;
     let medium = &job.scene.medium;
     if tables.scattering_for(&medium.phase, medium.albedo).is_none() {
@@ -26,9 +33,8 @@ pub(super) fn renderer(
     let tables = tables.with_scattering_for(&medium.phase, medium.albedo, &StageBar::new())?;
     job.scene.check_shapes(&job.place, &tables.shape_names().collect::<Vec<_>>())?;
     let gpu = Gpu::headless()?;
-    let mut renderer = Renderer::new(&gpu, &tables, &job.scene, &job.settings)?;
-    let (scene, size) = (job.scene.clone(), job.size);
-    Ok(move |time| renderer.render(&scene, time, size))
+    let renderer = Renderer::new(&gpu, &tables, &job.scene, &job.settings)?;
+    Ok((renderer, tables))
 }
 
 /// What the tables of a file, or the built-in ones, hold, in lines for people.

@@ -5,6 +5,7 @@
 //! else to standard error.
 
 mod args;
+mod compare;
 mod engine;
 #[cfg(feature = "window")]
 mod fly;
@@ -12,6 +13,9 @@ mod info;
 mod progress;
 mod reference;
 mod render;
+mod render_exact;
+mod render_reference;
+mod truth;
 
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
@@ -19,12 +23,14 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 pub use args::{MAX_SIDE, Size};
+pub use compare::CompareArgs;
 #[cfg(feature = "window")]
 pub use fly::FlyArgs;
 pub use info::InfoArgs;
 pub use progress::StageBar;
 pub use reference::{ReferenceArgs, ReferenceCommand};
 pub use render::{Job, RenderArgs};
+pub use truth::TruthArgs;
 
 use crate::error::{Error, Result};
 
@@ -47,6 +53,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Show the graphics adapter, its limits, and the tables
     Info(InfoArgs),
+    /// Tell how far two pictures are apart
+    Compare(CompareArgs),
     /// Radiative transfer by path tracing, on its own
     Reference(ReferenceArgs),
 }
@@ -69,6 +77,7 @@ fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Some(Command::Render(args)) => render::run(&args),
         Some(Command::Info(args)) => info::run(&args),
+        Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Reference(args)) => reference::run(&args),
         #[cfg(feature = "window")]
         Some(Command::Fly(args)) => fly::run(&args),

@@ -28,15 +28,26 @@ impl Progress {
 
     /// One step is done; `free` says that it took no time, so the estimate starts after it.
     pub fn step(&self, free: bool) {
+        self.advance(1, free);
+    }
+
+    /// So many steps are done.
+    pub fn advance(&self, done: u64, free: bool) {
         let before = self.bar.position();
-        self.bar.inc(1);
+        self.bar.inc(done);
         if free {
             self.bar.reset_eta();
         }
         let steps = self.bar.length().unwrap_or(0);
-        if self.lines && worth_a_line(before + 1, steps) {
+        if self.lines && worth_a_line(before, before + done, steps) {
+            let left = self.bar.eta().as_secs();
             // Nowhere is left to report a closed standard error.
-            let _ = writeln!(std::io::stderr(), "{} {}/{steps}", self.what, before + 1);
+            let _ = writeln!(
+                std::io::stderr(),
+                "{} {}/{steps}, about {left} s left",
+                self.what,
+                before + done
+            );
         }
     }
 
@@ -45,10 +56,9 @@ impl Progress {
     }
 }
 
-/// Whether a log hears of this step: every tenth of the way, and the last.
-fn worth_a_line(done: u64, steps: u64) -> bool {
-    const LINES: u64 = 10;
-    done == steps || done * LINES / steps.max(1) != (done - 1) * LINES / steps.max(1)
+/// Whether a log hears of these steps: every tenth of the way, and the last.
+fn worth_a_line(before: u64, done: u64, steps: u64) -> bool {
+    before < done && (done == steps || tenths(done, steps) != tenths(before, steps))
 }
 
 /// Tenths of the way that are done.
@@ -102,6 +112,13 @@ impl crate::tables::Progress for StageBar {
         self.bar.enable_steady_tick(Duration::from_millis(250));
     }
 
+    fn rename(&self, what: &str) {
+        if self.lines {
+            let _ = writeln!(std::io::stderr(), "{what}");
+        }
+        self.bar.set_message(what.to_owned());
+    }
+
     fn advance(&self, steps: u64) {
         let before = self.bar.position();
         self.bar.inc(steps);
@@ -120,9 +137,9 @@ mod tests {
     #[test]
     fn a_log_hears_of_ten_steps_whatever_their_number() {
         for (steps, lines) in [(1, 1), (4, 4), (10, 10), (11, 10), (1000, 10), (12_345, 10)] {
-            let told = (1..=steps).filter(|&done| worth_a_line(done, steps)).count();
+            let told = (1..=steps).filter(|&done| worth_a_line(done - 1, done, steps)).count();
             assert_eq!(told, lines, "{steps} steps");
         }
-        assert!(worth_a_line(1000, 1000));
+        assert!(worth_a_line(999, 1000, 1000));
     }
 }

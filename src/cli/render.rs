@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::args::{self, Size};
 use super::print;
 use super::progress::Progress;
+use super::truth::TruthArgs;
 use crate::error::{Error, Result};
 use crate::frame::{FrameStats, Picture, Preset, RenderSettings};
 use crate::output::{
@@ -55,6 +56,9 @@ pub struct RenderArgs {
     /// Write the statistics of each rendered frame to a JSON file
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
+    /// Reference pictures.
+    #[command(flatten)]
+    pub truth: TruthArgs,
 }
 
 /// A checked order for pictures: everything that can be known to be wrong without a graphics
@@ -108,12 +112,7 @@ impl Job {
                 let key = SequenceKey {
                     program: this_program(),
                     scene: scene.to_toml()?,
-                    tables: match &args.tables {
-                        // What is no readable file is refused when it is read as a table.
-                        Some(path) if path.is_file() => output::fingerprint(path)?,
-                        Some(path) => path.display().to_string(),
-                        None => "embedded".to_owned(),
-                    },
+                    tables: tables_name(args.tables.as_deref())?,
                     size: args.size.0,
                     preset: args.preset,
                     start_time: args.time,
@@ -210,6 +209,12 @@ impl Job {
 
 /// Runs the command.
 pub(super) fn run(args: &RenderArgs) -> Result<()> {
+    if args.truth.reference {
+        return super::render_reference::run(args);
+    }
+    if args.truth.exact {
+        return super::render_exact::run(args);
+    }
     let job = Job::new(args)?;
     let render = super::engine::renderer(&job, args.tables.as_deref())?;
     job.run(render)
@@ -226,8 +231,18 @@ pub(super) fn load_scene(path: Option<&Path>) -> Result<(Scene, String)> {
     }
 }
 
+/// What tells these tables from others.
+pub(super) fn tables_name(path: Option<&Path>) -> Result<String> {
+    match path {
+        // What is no readable file is refused when it is read as a table.
+        Some(path) if path.is_file() => output::fingerprint(path),
+        Some(path) => Ok(path.display().to_string()),
+        None => Ok("embedded".to_owned()),
+    }
+}
+
 /// Version and contents of the program: another build may make other pictures.
-fn this_program() -> String {
+pub(super) fn this_program() -> String {
     let version = env!("CARGO_PKG_VERSION");
     let contents = std::env::current_exe().ok().and_then(|path| output::fingerprint(&path).ok());
     contents.map_or_else(|| version.to_owned(), |contents| format!("{version} {contents}"))

@@ -1,6 +1,6 @@
 //! The renderer: decides what a frame needs, records its passes, reads the picture back.
 
-use super::gpu_data::FrameUniforms;
+use super::gpu_data::{FrameUniforms, Particle, ParticleCount, ParticleLight};
 use super::passes::Passes;
 use super::picture::{FrameStats, Picture};
 use super::plan::{FrameKey, FramePlan, Pass};
@@ -115,6 +115,19 @@ impl Renderer {
             }
         }
         Err(Error::Gpu("the lists of this frame keep growing".to_owned()))
+    }
+
+    /// The last frame's particles and their light, read back; in the order of the device's buffers.
+    /// Only particles in view have light.
+    pub fn particles(&self) -> Result<(Vec<Particle>, Vec<ParticleLight>)> {
+        let Some(resources) = &self.resources else {
+            return Err(Error::Gpu("no frame was made".to_owned()));
+        };
+        let counts = self.gpu.read_buffer::<ParticleCount>(&resources.particle_count, 1)?;
+        let capacity = resources.layout.capacities.particles;
+        let count = counts.first().map_or(0, |c| c.particles.min(capacity)) as usize;
+        let particles = self.gpu.read_buffer(&resources.particles, count)?;
+        Ok((particles, self.gpu.read_buffer(&resources.particle_lights, count)?))
     }
 
     /// The last frame's tone-mapped texture.

@@ -13,7 +13,7 @@ pub const SCREEN_TILE: u32 = 8;
 const MOST_LIGHT_TILES: f64 = 160.0;
 /// Radiance of a sunlit white cloud in units of the sun's irradiance is about 0.8 / pi at best;
 /// this factor puts it near the top of the tone curve at an exposure of 0 EV.
-const BASE_EXPOSURE: f64 = 5.0;
+pub const BASE_EXPOSURE: f64 = 5.0;
 /// Side of the near shadow map, m.
 const NEAR_SHADOW_SIDE: f64 = 8000.0;
 
@@ -31,6 +31,11 @@ pub struct Bounds {
 fn four(v: DVec3) -> [f32; 4] {
     let v = v.as_vec3();
     [v.x, v.y, v.z, 0.0]
+}
+
+/// Factor on the radiance of a scene before the tone curve.
+pub fn exposure(scene: &Scene) -> f64 {
+    BASE_EXPOSURE * scene.exposure.exp2() / scene.sun.irradiance.max(1e-30)
 }
 
 /// Uniforms of a frame of this size.
@@ -57,7 +62,7 @@ pub fn frame_uniforms(
         albedo: scene.medium.albedo as f32,
         mean_cosine,
         transmittance_stop: quality.transmittance_stop,
-        exposure: (BASE_EXPOSURE * scene.exposure.exp2() / scene.sun.irradiance.max(1e-30)) as f32,
+        exposure: exposure(scene) as f32,
         has_air: u32::from(matches!(scene.sky, Sky::Atmosphere)),
         has_ground: u32::from(scene.effective_ground().is_some()),
         particle_capacity,

@@ -4,4 +4,4 @@ pub mod phase;
 pub mod shape;
 
 pub use phase::{Phase, PhaseParams, PreparedPhase};
-pub use shape::{Shape, ShapeKind, ShapeSpec};
+pub use shape::{Shape, ShapeKind, ShapeSpec, VOLUME_CELL};

@@ -46,7 +46,7 @@ pub fn write_atomically(
 }
 
 /// Removes what killed runs left of writing `path`. Files of living writers are left alone.
-pub(super) fn sweep(path: &Path) {
+pub(crate) fn sweep(path: &Path) {
     let prefix = temporary_prefix(path);
     let Ok(entries) = std::fs::read_dir(folder_of(path)) else { return };
     for entry in entries.flatten() {

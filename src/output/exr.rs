@@ -12,7 +12,7 @@ use super::atomic::WriteSeek;
 use crate::frame::Picture;
 
 /// Lossless and small; 16 rows a block, in order, so that the same picture is the same bytes.
-const ENCODING: Encoding = Encoding {
+pub(super) const ENCODING: Encoding = Encoding {
     compression: Compression::ZIP16,
     blocks: Blocks::ScanLines,
     line_order: LineOrder::Increasing,

@@ -23,6 +23,13 @@ pub fn fingerprint(path: &Path) -> Result<String> {
     }
 }
 
+/// The same of bytes in memory.
+pub fn fingerprint_of(bytes: &[u8]) -> String {
+    let mut hasher = DefaultHasher::new();
+    hasher.write(bytes);
+    format!("{:016x}", hasher.finish())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -40,6 +47,7 @@ mod tests {
         assert_eq!(write("b", &long), first);
         long[199_999] = 8;
         assert_ne!(write("a", &long), first);
+        assert_eq!(write("a", &long), fingerprint_of(&long));
         assert_ne!(write("a", b""), write("a", b"\0"));
         assert!(fingerprint(&dir.path().join("none")).is_err());
     }

@@ -6,14 +6,17 @@
 mod atomic;
 mod exr;
 mod fingerprint;
+mod layers;
 mod png;
 mod sequence;
 
 use std::fmt::{Display, Formatter};
 use std::path::Path;
 
+pub(crate) use atomic::sweep;
 pub use atomic::write_atomically;
-pub use fingerprint::fingerprint;
+pub use fingerprint::{fingerprint, fingerprint_of};
+pub use layers::{Channel, Layers};
 pub use sequence::{FrameRange, FrameState, Sequence, SequenceKey, SequenceReport};
 
 use crate::error::{Error, Result};
@@ -73,11 +76,17 @@ pub fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
             ),
         ));
     }
-    atomic::sweep(path);
+    sweep(path);
     match format {
         Format::Png => write_atomically(path, |out| png::encode(picture, out)),
         Format::Exr => write_atomically(path, |out| exr::encode(picture, out)),
     }
+}
+
+/// Writes display values as PNG: a pixel for every position, rows from the top.
+pub fn write_png(path: &Path, size: [u32; 2], pixels: &[[u8; 3]]) -> Result<()> {
+    atomic::sweep(path);
+    write_atomically(path, |out| png::encode_bytes(size, pixels.as_flattened(), out))
 }
 
 /// Whether a file holds a picture of this size, readable to its end.

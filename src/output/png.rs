@@ -12,9 +12,14 @@ use crate::frame::Picture;
 /// Encodes the tone-mapped pixels; their alpha is not used.
 pub(super) fn encode(picture: &Picture, out: &mut dyn WriteSeek) -> io::Result<()> {
     let rgb: Vec<u8> = picture.pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
-    let [width, height] = picture.size;
+    encode_bytes(picture.size, &rgb, out)
+}
+
+/// Encodes red, green and blue, one after the other.
+pub(super) fn encode_bytes(size: [u32; 2], rgb: &[u8], out: &mut dyn WriteSeek) -> io::Result<()> {
+    let [width, height] = size;
     PngEncoder::new_with_quality(&mut *out, CompressionType::Default, FilterType::Adaptive)
-        .write_image(&rgb, width, height, ExtendedColorType::Rgb8)
+        .write_image(rgb, width, height, ExtendedColorType::Rgb8)
         .map_err(io::Error::other)?;
     out.flush()
 }

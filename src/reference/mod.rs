@@ -2,29 +2,38 @@
 //! unbiased path tracing on the host. It says how wrong a picture is.
 
 mod atmosphere_sky;
+mod develop;
+mod exact;
+mod film;
 mod fluxes;
 mod geometry;
+mod job;
+pub mod partial;
 mod particles;
-mod picture;
+mod points;
 mod published;
 mod random;
 mod slab;
 mod statistics;
 mod transport;
 mod uniform_sky;
+mod view;
 mod world;
 
 pub use atmosphere_sky::AtmosphereSky;
+pub use develop::picture;
+pub use exact::{Exact, ExactPixel};
+pub use film::{CHANNELS, Film, Pixel};
 pub use fluxes::{SlabFluxes, slab_fluxes};
 pub use geometry::{Medium, Piece, Ray, first_collision, transmittance};
+pub use job::Exposure;
 pub use particles::{ParticleGrid, WorldParticle};
-pub use picture::{Film, Pixel};
+pub use points::Points;
 pub use published::{Check, MOST_Z, verify};
 pub use random::Random;
 pub use slab::Slab;
 pub use statistics::{Estimate, Moments};
-pub use transport::{
-    Flight, Matter, Seen, Surroundings, cone_direction, fly, look, radiance, scatter, turned,
-};
+pub use transport::{Flight, Matter, Seen, Surroundings, fly, look, radiance, scatter, turned};
 pub use uniform_sky::{SunDisc, UniformSky, distance_to_ground, ground_normal};
-pub use world::{Place, World};
+pub use view::{Filter, Lens, View};
+pub use world::{Densities, Place, World};

@@ -25,6 +25,31 @@ pub struct WorldParticle {
 }
 
 impl WorldParticle {
+    /// Whether light can meet it.
+    pub fn has_matter(&self) -> bool {
+        self.radius > 0.0 && self.extinction > 0.0 && self.centre.is_finite()
+    }
+
+    /// Optical depth of a part of a ray that lies within the particle, begin and end in m.
+    pub fn optical_depth(&self, ray: &Ray, begin: f64, end: f64) -> f64 {
+        let own = |t: f64| self.to_own * ((ray.at(t) - self.centre) / self.radius);
+        let mut mean = [0.0];
+        self.shape.segment_means(own(begin), own(end), &mut mean);
+        self.extinction * (end - begin) * mean[0]
+    }
+
+    /// Where a ray enters and leaves, m along it; before the origin is negative.
+    pub fn span(&self, ray: &Ray) -> Option<(f64, f64)> {
+        let to_centre = self.centre - ray.origin;
+        let middle = to_centre.dot(ray.dir);
+        let half_squared =
+            self.radius * self.radius - (to_centre - middle * ray.dir).length_squared();
+        (half_squared > 0.0).then(|| {
+            let half = half_squared.sqrt();
+            (middle - half, middle + half)
+        })
+    }
+
     /// Extinction at a point, 1/m.
     pub fn extinction_at(&self, point: DVec3) -> f64 {
         let offset = (point - self.centre) / self.radius;
@@ -57,7 +82,7 @@ pub struct ParticleGrid {
 impl ParticleGrid {
     /// Sorts the particles into cells. Those without matter are left out.
     pub fn new(mut particles: Vec<WorldParticle>) -> Self {
-        particles.retain(|p| p.radius > 0.0 && p.extinction > 0.0 && p.centre.is_finite());
+        particles.retain(WorldParticle::has_matter);
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for p in &particles {
             low = low.min(p.centre - p.radius);
@@ -86,6 +111,21 @@ impl ParticleGrid {
     /// The particles.
     pub fn particles(&self) -> &[WorldParticle] {
         &self.particles
+    }
+
+    /// Indices of the particles whose balls a ray may meet before `limit` (m), each once.
+    pub fn along(&self, ray: &Ray, limit: f64, found: &mut Vec<u32>) {
+        found.clear();
+        self.pieces(ray, limit, &mut |piece| {
+            found.extend_from_slice(self.members_of(piece.cell));
+            ControlFlow::Continue(())
+        });
+        found.sort_unstable();
+        found.dedup();
+    }
+
+    fn members_of(&self, cell: usize) -> &[u32] {
+        &self.members[self.begins[cell] as usize..self.begins[cell + 1] as usize]
     }
 
     fn count(&self) -> usize {
@@ -210,7 +250,6 @@ impl Medium for ParticleGrid {
     }
 
     fn extinction(&self, cell: usize, point: DVec3) -> f64 {
-        let members = self.begins[cell] as usize..self.begins[cell + 1] as usize;
-        self.members[members].iter().map(|&i| self.particles[i as usize].extinction_at(point)).sum()
+        self.members_of(cell).iter().map(|&i| self.particles[i as usize].extinction_at(point)).sum()
     }
 }

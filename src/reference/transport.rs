@@ -199,12 +199,6 @@ fn cosine_direction(normal: DVec3, random: &mut Random) -> DVec3 {
     turned(normal, cosine, random.unit() * TAU)
 }
 
-/// Uniform in a cone around `axis`; `one_minus_cos` is 1 - cosine of its half angle.
-pub fn cone_direction(axis: DVec3, one_minus_cos: f64, random: &mut Random) -> DVec3 {
-    let cosine = 1.0 - random.unit() * one_minus_cos;
-    turned(axis, cosine, random.unit() * TAU)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

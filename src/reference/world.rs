@@ -6,15 +6,16 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 
 use super::atmosphere_sky::AtmosphereSky;
+use super::film::Film;
 use super::particles::{ParticleGrid, WorldParticle};
-use super::picture::Film;
 use super::transport::Matter;
 use super::uniform_sky::{SunDisc, UniformSky};
+use super::view::View;
 use crate::frame::gpu_data::Particle;
 use crate::frame::population::Shapes;
 use crate::frame::renderer::sky_inputs;
 use crate::medium::Shape;
-use crate::scene::{Camera, Scene, Sky};
+use crate::scene::{Scene, Sky};
 use crate::tables::TableSet;
 use crate::{Error, Result};
 
@@ -28,22 +29,20 @@ pub enum Place {
 
 /// Everything a path needs, at one time.
 pub struct World {
+    scene: Scene,
+    shapes: Shapes,
+    densities: Densities,
     /// The clouds.
     pub medium: ParticleGrid,
     /// What they are made of.
     pub matter: Matter,
     /// Sky, sun, ground.
     pub surroundings: Place,
-    /// The eye.
-    pub camera: Camera,
 }
 
 impl World {
     /// A scene at a time (s). The tables say which shapes there are.
     pub fn new(scene: &Scene, tables: &TableSet, time: f64) -> Result<Self> {
-        let shapes = Shapes::new(tables);
-        let particles = shapes.populate(scene, time)?;
-        let medium = ParticleGrid::new(place(&particles, &shapes, scene.camera.position)?);
         let matter = Matter { phase: scene.medium.phase.prepare(), albedo: scene.medium.albedo };
         let surroundings = match scene.sky {
             Sky::Uniform { radiance } => Place::Uniform(UniformSky {
@@ -59,44 +58,76 @@ impl World {
             }),
             Sky::Atmosphere => Place::Air(Box::new(AtmosphereSky::new(&sky_inputs(scene)))),
         };
-        Ok(Self { medium, matter, surroundings, camera: scene.camera })
+        let mut world = Self {
+            scene: scene.clone(),
+            shapes: Shapes::new(tables),
+            densities: Densities::default(),
+            medium: ParticleGrid::new(Vec::new()),
+            matter,
+            surroundings,
+        };
+        world.set_time(time)?;
+        Ok(world)
     }
 
-    /// Adds samples to a picture.
-    pub fn expose(&self, film: &mut Film, seed: u64, samples: u32) {
-        let Self { medium, matter, camera, .. } = self;
-        match &self.surroundings {
-            Place::Uniform(sky) => film.expose(medium, sky, matter, camera, seed, samples),
-            Place::Air(sky) => film.expose(medium, sky.as_ref(), matter, camera, seed, samples),
+    /// Moves the clouds to another time, s.
+    pub fn set_time(&mut self, time: f64) -> Result<()> {
+        let particles = self.shapes.populate(&self.scene, time)?;
+        self.medium = ParticleGrid::new(self.densities.place(
+            &particles,
+            &self.shapes,
+            self.scene.camera.position,
+        )?);
+        Ok(())
+    }
+
+    /// Adds a sample to every pixel of the next rows of a picture.
+    pub fn expose_rows(&self, film: &mut Film, view: &View, seed: u64, rows: u32) {
+        let Self { medium, matter, surroundings, .. } = self;
+        match surroundings {
+            Place::Uniform(sky) => film.expose_rows(medium, sky, matter, view, seed, rows),
+            Place::Air(sky) => film.expose_rows(medium, sky.as_ref(), matter, view, seed, rows),
         }
     }
 }
 
-/// Particles of the frame in the world, with the densities of their shapes.
-fn place(particles: &[Particle], shapes: &Shapes, camera: DVec3) -> Result<Vec<WorldParticle>> {
-    let mut made: HashMap<u32, Arc<Shape>> = HashMap::new();
-    particles
-        .iter()
-        .map(|p| {
-            let shape = match made.get(&p.shape) {
-                Some(shape) => shape.clone(),
-                None => {
-                    let name = shapes.name(p.shape).ok_or_else(|| {
-                        Error::Gpu(format!("a particle of the unknown shape {}", p.shape))
-                    })?;
-                    let shape = Arc::new(Shape::new(name.parse()?));
-                    made.insert(p.shape, shape.clone());
-                    shape
-                }
-            };
-            let [x, y, z, w] = p.orientation.map(f64::from);
-            Ok(WorldParticle {
-                centre: camera + DVec3::from_array(p.centre.map(f64::from)),
-                radius: p.radius.into(),
-                extinction: p.extinction.into(),
-                to_own: DQuat::from_xyzw(x, y, z, w).normalize(),
-                shape,
+/// Densities that have been needed so far, by their index in the tables.
+#[derive(Default)]
+pub struct Densities(HashMap<u32, Arc<Shape>>);
+
+impl Densities {
+    /// Particles of the frame in the world, with the densities of their shapes; `camera` is where
+    /// their places are relative to, m.
+    pub fn place(
+        &mut self,
+        particles: &[Particle],
+        shapes: &Shapes,
+        camera: DVec3,
+    ) -> Result<Vec<WorldParticle>> {
+        particles
+            .iter()
+            .map(|p| {
+                let [x, y, z, w] = p.orientation.map(f64::from);
+                Ok(WorldParticle {
+                    centre: camera + DVec3::from_array(p.centre.map(f64::from)),
+                    radius: p.radius.into(),
+                    extinction: p.extinction.into(),
+                    to_own: DQuat::from_xyzw(x, y, z, w).normalize(),
+                    shape: self.shape(p.shape, shapes)?,
+                })
             })
-        })
-        .collect()
+            .collect()
+    }
+
+    fn shape(&mut self, index: u32, shapes: &Shapes) -> Result<Arc<Shape>> {
+        if let Some(shape) = self.0.get(&index) {
+            return Ok(shape.clone());
+        }
+        let name = shapes
+            .name(index)
+            .ok_or_else(|| Error::Gpu(format!("a particle of the unknown shape {index}")))?;
+        let shape = Arc::new(Shape::new(name.parse()?));
+        self.0.insert(index, shape.clone());
+        Ok(shape)
+    }
 }

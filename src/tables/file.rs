@@ -14,14 +14,15 @@
 
 use std::collections::HashMap;
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 
 use super::TableSet;
-use super::description::{Description, FORMAT};
+use super::description::Description;
 use super::fingerprint::Fingerprint;
+use super::header::{self, ENTRY, LENGTH_BYTES, one_line};
 use super::optical_depth::volume::DensityVolume;
 use super::optical_depth::{Grid, OpticalDepthTable};
 use super::scattering::{self, ScatteringTable};
@@ -29,14 +30,8 @@ use crate::error::{Error, Result};
 use crate::medium::shape::VOLUME_NODES;
 use crate::medium::{Phase, ShapeSpec};
 
-/// Name of the metadata entry.
-const ENTRY: &str = "cumuli";
 /// Largest file that is read: 20 times the largest set worth baking.
 const MOST_BYTES: u64 = 1 << 30;
-/// Longest header: the description of a hundred shapes takes 100 KiB.
-const MOST_HEADER_BYTES: u64 = 4 << 20;
-/// Bytes of the header's length, at the beginning of a file.
-const LENGTH_BYTES: usize = 8;
 /// Bytes of a value of an optical depth table.
 const TEXEL_BYTES: usize = 4;
 /// Bytes of a value of a scattering table.
@@ -44,21 +39,38 @@ const HALF_BYTES: usize = 2;
 
 /// Reads a file after a look at its size.
 pub(super) fn bytes_of(path: &Path) -> Result<Vec<u8>> {
-    let file = File::open(path).map_err(|e| Error::io(path, "read", e))?;
-    let metadata = file.metadata().map_err(|e| Error::io(path, "read", e))?;
     let place = path.display().to_string();
+    let refuse = |message: String| Err(Error::input(place.clone(), message));
+    let unreadable = |e: std::io::Error| match e.kind() {
+        ErrorKind::NotFound => {
+            Error::input(place.clone(), "there is no such file, expected a table file")
+        }
+        _ => Error::io(path, "read", e),
+    };
+    let mut file = File::open(path).map_err(unreadable)?;
+    let metadata = file.metadata().map_err(unreadable)?;
+    if metadata.is_dir() {
+        return refuse("is a folder, expected a table file".to_owned());
+    }
     if !metadata.is_file() {
-        return Err(Error::input(place, "expected a table file, found something else"));
+        return refuse("is not a plain file, expected a table file".to_owned());
     }
-    if metadata.len() > MOST_BYTES {
-        return Err(Error::input(
-            place,
-            format!("expected at most {MOST_BYTES} bytes, found {}", metadata.len()),
-        ));
+    let whole = metadata.len();
+    if whole > MOST_BYTES {
+        return refuse(format!("expected at most {MOST_BYTES} bytes, found {whole}"));
     }
-    let mut bytes = Vec::with_capacity(metadata.len() as usize);
-    // A file that grows meanwhile is cut off, and refused as damaged.
-    file.take(MOST_BYTES).read_to_end(&mut bytes).map_err(|e| Error::io(path, "read", e))?;
+    let mut bytes = Vec::new();
+    let mut read = |bytes: &mut Vec<u8>, count: u64| {
+        bytes.reserve_exact(count as usize);
+        // A file that shrinks or grows meanwhile is cut off, and refused as damaged.
+        file.by_ref().take(count).read_to_end(bytes).map_err(unreadable)
+    };
+    // A file that is none of ours is not read any further than needed to know.
+    read(&mut bytes, whole.min(LENGTH_BYTES as u64))?;
+    let length = header::length(&bytes, whole, &place)?;
+    read(&mut bytes, length as u64)?;
+    header::description(&bytes[LENGTH_BYTES.min(bytes.len())..], &place)?;
+    read(&mut bytes, whole - (LENGTH_BYTES + length) as u64)?;
     Ok(bytes)
 }
 
@@ -98,24 +110,12 @@ pub(super) fn write(tables: &TableSet) -> Result<Vec<u8>> {
 /// Reads the bytes of a table file. `place` names it in errors.
 pub(super) fn read(bytes: &[u8], place: &str) -> Result<TableSet> {
     let refuse = |message: &str| Err(Error::input(place, message));
-    let Some(length) = bytes.first_chunk::<LENGTH_BYTES>() else {
-        return refuse("expected a table file, found fewer than 8 bytes");
-    };
-    let length = u64::from_le_bytes(*length);
-    if length > MOST_HEADER_BYTES || length > (bytes.len() - LENGTH_BYTES) as u64 {
-        return refuse("expected a table file, found no safetensors header (truncated or foreign)");
-    }
-    let header = SafeTensors::read_metadata(bytes);
-    let (_, metadata) = match header {
-        Ok(header) => header,
-        Err(e) => return refuse(&format!("the safetensors file is damaged: {e}")),
-    };
-    let Some(text) = metadata.metadata().as_ref().and_then(|m| m.get(ENTRY)) else {
-        return refuse("expected tables made by precompute, found a foreign safetensors file");
-    };
-    let description = parse(text, place)?;
-    let tensors = SafeTensors::deserialize(bytes)
-        .map_err(|e| Error::input(place, format!("the safetensors file is damaged: {e}")))?;
+    let length = header::length(bytes, bytes.len() as u64, place)?;
+    let description = header::description(&bytes[LENGTH_BYTES..LENGTH_BYTES + length], place)?;
+    let tensors = SafeTensors::deserialize(bytes).map_err(|e| {
+        let message = format!("the safetensors file is damaged: {}", one_line(&e));
+        Error::input(place, message)
+    })?;
     let mut values = Fingerprint::default();
     let depth = &description.optical_depth;
     let mut optical_depth = Vec::with_capacity(depth.shapes.len());
@@ -184,28 +184,6 @@ fn tensor<'a>(
         ));
     }
     Ok(tensor.data())
-}
-
-fn parse(text: &str, place: &str) -> Result<Description> {
-    /// What all versions have.
-    #[derive(serde::Deserialize)]
-    struct Version {
-        format: u32,
-    }
-    let refuse = |e: serde_json::Error| Error::input(format!("{place}: metadata"), e.to_string());
-    let version: Version = serde_json::from_str(text).map_err(refuse)?;
-    if version.format != FORMAT {
-        return Err(Error::input(
-            format!("{place}: format"),
-            format!(
-                "expected version {FORMAT}, found {}; bake the tables anew with precompute",
-                version.format
-            ),
-        ));
-    }
-    let description: Description = serde_json::from_str(text).map_err(refuse)?;
-    description.check(place)?;
-    Ok(description)
 }
 
 fn shape_name(shape: ShapeSpec) -> String {

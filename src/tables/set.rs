@@ -8,7 +8,8 @@ use super::defaults::{default_media, default_shapes};
 use super::description::Description;
 use super::optical_depth::bake::check_shape;
 use super::optical_depth::{ChordProfile, ChordStep, OpticalDepthOptions, OpticalDepthTable};
-use super::progress::{Numbered, Progress};
+use super::parts::Parts;
+use super::progress::{Progress, Whole};
 use super::scattering::{ScatteringOptions, ScatteringTable};
 use super::{cache, file};
 use crate::error::{Error, Result};
@@ -18,6 +19,10 @@ use crate::medium::{Phase, ShapeSpec};
 const EMBEDDED: &[u8] = include_bytes!("../../assets/default_tables.safetensors");
 /// Name of the shape that needs no table; it is always the first.
 const UNIFORM: &str = "uniform";
+/// How long one optical radius of a scattering table takes, in units of
+/// [`OpticalDepthOptions::work`], about a second of two cores. Only the bar's estimate of the
+/// remaining time hangs on it.
+const WORK_OF_A_RADIUS: f64 = 0.5;
 
 /// The optical depth of noise shapes, and light scattered in uniform spheres of some media.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,6 +104,7 @@ impl TableSet {
     /// Writes a table file, whole or not at all.
     pub fn save(&self, path: &Path) -> Result<()> {
         let bytes = file::write(self)?;
+        crate::output::sweep(path);
         crate::output::write_atomically(path, |out| out.write_all(&bytes))
     }
 
@@ -131,20 +137,65 @@ impl TableSet {
 
     /// Computes tables. The same options give the same bytes, whatever the number of threads.
     pub fn bake(options: &BakeOptions, progress: &dyn Progress) -> Result<Self> {
+        Self::bake_parts(options, &Parts::none(options), progress)
+    }
+
+    /// Computes tables and writes them to a file, whole or not at all. Each table is kept beside
+    /// the file as soon as it is done, until all are: killed at any moment, the same call goes on
+    /// with what was done, and comes to the same bytes.
+    pub fn bake_to(path: &Path, options: &BakeOptions, progress: &dyn Progress) -> Result<()> {
+        let parts = Parts::beside(path, options);
+        Self::bake_parts(options, &parts, progress)?.save(path)?;
+        parts.remove();
+        Ok(())
+    }
+
+    fn bake_parts(
+        options: &BakeOptions,
+        parts: &Parts<'_>,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
         options.check()?;
-        let progress = &Numbered::new(progress, options.shapes.len() + options.media.len());
-        let shapes = options.shapes.iter();
-        let optical_depth: Result<Vec<_>> = shapes
-            .map(|spec| OpticalDepthTable::bake(*spec, &options.optical_depth, progress))
-            .collect();
-        let optical_depth = optical_depth?;
-        let media = options.media.iter();
-        let scattering: Result<Vec<_>> = media
-            .map(|(phase, albedo)| {
-                ScatteringTable::bake(*phase, *albedo, &options.scattering, progress)
-            })
-            .collect();
-        Self::new(optical_depth, options.optical_depth, scattering?)
+        let kept_depth: Vec<_> =
+            (0..options.shapes.len()).map(|i| parts.optical_depth(i)).collect();
+        let kept_scattering: Vec<_> =
+            (0..options.media.len()).map(|i| parts.scattering(i)).collect();
+        let depth_work = options.optical_depth.work();
+        let scattering_work = options.scattering.resolution[0] as f64 * WORK_OF_A_RADIUS;
+        let work = |kept: bool, work: f64| if kept { 0.0 } else { work };
+        let works = kept_depth
+            .iter()
+            .map(|kept| work(kept.is_some(), depth_work))
+            .chain(kept_scattering.iter().map(|kept| work(kept.is_some(), scattering_work)));
+        let progress = &Whole::new(progress, works.collect());
+        let mut optical_depth = Vec::with_capacity(options.shapes.len());
+        for (index, (spec, kept)) in options.shapes.iter().zip(kept_depth).enumerate() {
+            progress.next();
+            optical_depth.push(match kept {
+                Some(table) => table,
+                None => {
+                    let table = OpticalDepthTable::bake(*spec, &options.optical_depth, progress)?;
+                    parts.keep_optical_depth(index, &table);
+                    table
+                }
+            });
+        }
+        let mut scattering = Vec::with_capacity(options.media.len());
+        for (index, ((phase, albedo), kept)) in
+            options.media.iter().zip(kept_scattering).enumerate()
+        {
+            progress.next();
+            scattering.push(match kept {
+                Some(table) => table,
+                None => {
+                    let table =
+                        ScatteringTable::bake(*phase, *albedo, &options.scattering, progress)?;
+                    parts.keep_scattering(index, &table);
+                    table
+                }
+            });
+        }
+        Self::new(optical_depth, options.optical_depth, scattering)
     }
 
     /// The set with a scattering table of this medium: its own, the cached one of an earlier

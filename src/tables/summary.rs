@@ -39,7 +39,8 @@ impl TableSet {
                 mib(table.volumes()[0].bytes().len()),
                 shape.errors.rays,
             ));
-            for (way, depths) in [("volume", &shape.errors.depths), ("table", &shape.errors.table)] {
+            for (way, depths) in [("volume", &shape.errors.depths), ("table", &shape.errors.table)]
+            {
                 lines.extend(depths.iter().map(|e| format!(
                     "    {way:>6}, central optical depth {:>2}: RMS {:.4}, 99 % below {:.4}; parts \
                      of chords RMS {:.4} (shared by length {:.4})",

@@ -1,7 +1,9 @@
 //! The program as people type it: exit codes, messages, and what lies on disk afterwards.
 
 mod arguments;
+mod comparisons;
 mod pictures;
+mod references;
 mod sequences;
 mod tables;
 

@@ -67,7 +67,7 @@ fn vector(v: &[f32]) -> DVec3 {
 }
 
 /// Mean depth into a uniform chord from which the light comes that leaves it, as a fraction.
-fn mean_scatter_fraction(tau: f64) -> f64 {
+pub fn mean_scatter_fraction(tau: f64) -> f64 {
     if tau < 1e-3 { 0.5 - tau / 12.0 } else { 1.0 / tau - 1.0 / tau.exp_m1() }
 }
 
@@ -121,21 +121,35 @@ impl ChordInputs<'_> {
             source: DVec3::ZERO,
         };
         let visible = optical_depth * (chord.share(end) - chord.share(begin));
+        let seen = place(begin + (end - begin) * mean_scatter_fraction(visible));
+        chord.source = self.source(particle, light, dir, place(near), seen);
+        Some(chord)
+    }
+
+    /// Radiance per unit of opacity along a chord that enters the particle at `entry` and is seen
+    /// at `place` in the mean, both in radii from the centre.
+    pub fn source(
+        &self,
+        particle: &Particle,
+        light: &ParticleLight,
+        dir: DVec3,
+        entry: DVec3,
+        place: DVec3,
+    ) -> DVec3 {
         let sun = vector(&self.frame.sun);
         let cos_theta = sun.dot(dir);
         let mean_cosine = f64::from(self.frame.mean_cosine);
         let optical_radius = particle.optical_radius.into();
         let inputs = SourceInputs {
-            place: place(begin + (end - begin) * mean_scatter_fraction(visible)),
-            scattered: self.scattering.lookup(place(near), dir, sun, optical_radius),
+            place,
+            scattered: self.scattering.lookup(entry, dir, sun, optical_radius),
             phase: self.phase.eval(cos_theta),
             phase_twice: henyey_greenstein(mean_cosine * mean_cosine, cos_theta),
             optical_radius,
             albedo: self.frame.albedo.into(),
             mean_cosine,
         };
-        chord.source = source_function(light, &inputs);
-        Some(chord)
+        source_function(light, &inputs)
     }
 }
 

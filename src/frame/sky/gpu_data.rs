@@ -50,7 +50,7 @@ pub const PLANET_RADIUS: f64 = 6.36e6;
 /// its rim from its middle.
 const MOST_ALTITUDE: f64 = 1e9;
 /// Half the width of the disc's rim, in radii; as in the shader.
-const DISC_RIM: f64 = 0.3;
+pub const DISC_RIM: f64 = 0.3;
 /// As in the shader.
 const LIMB_DARKENING: f64 = 0.6;
 

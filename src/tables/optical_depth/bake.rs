@@ -55,6 +55,13 @@ const ROWS_SHARE: usize = 20;
 const RAYS: std::ops::RangeInclusive<usize> = 1..=256;
 
 impl OpticalDepthOptions {
+    /// How long a table takes, in seconds of two cores, roughly: 0.37 microseconds a chord and 0.02
+    /// for each step of its solution.
+    pub(crate) fn work(&self) -> f64 {
+        let chords = (self.disc * self.direction).pow(2) * self.rays_per_cell;
+        chords as f64 * (3.7e-7 + 2e-8 * self.iterations as f64)
+    }
+
     /// Whether a table can be baked so; its grid.
     pub(crate) fn check(&self) -> Result<Grid> {
         let nodes = super::table::NODES;

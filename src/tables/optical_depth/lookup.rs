@@ -32,6 +32,9 @@ const SUM_SHIFT: u32 = BIN_BITS * BINS_IN_WORD as u32;
 /// The number that stands for density 1: the most for which 18 bins fit into the sum's 11 bits.
 const FULL: f32 = 113.0;
 
+/// A largest density below this is none: of the volume's steps of 1/255 a thousandth.
+const LEAST_DENSITY: f32 = 4e-6;
+
 /// How the matter of one chord is spread; `ChordProfile` of the shader.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChordProfile {
@@ -76,21 +79,24 @@ impl ChordProfile {
 
     /// From the density at the middles of the bins, by fraction of the length.
     fn of(density: impl Fn(f32) -> f32) -> Self {
-        let mut profile = Self { mean_density: 0.0, inverse_sum: 0.0, words: [0; WORDS] };
+        let middle = |bin: usize| (bin as f32 + 0.5) / BINS as f32;
+        let densities: [f32; BINS] = std::array::from_fn(|bin| density(middle(bin)));
+        let total: f32 = densities.iter().sum();
+        let most = densities.iter().fold(0.0f32, |a, b| a.max(*b));
+        // The largest bin takes all its bits, so that no chord loses what little it has.
+        let factor = FULL / most.max(LEAST_DENSITY);
+        let mut words = [0; WORDS];
         let mut sum = 0;
-        for (i, word) in profile.words.iter_mut().enumerate() {
+        for (word, bins) in words.iter_mut().zip(densities.chunks_exact(BINS_IN_WORD)) {
             *word = sum << SUM_SHIFT;
-            for k in 0..BINS_IN_WORD {
-                let bin = (i * BINS_IN_WORD + k) as f32;
-                let d = density((bin + 0.5) / BINS as f32);
-                profile.mean_density += d / BINS as f32;
-                let rounded = (d * FULL).round() as u32;
+            for (k, density) in bins.iter().enumerate() {
+                let rounded = (density * factor).round() as u32;
                 *word |= rounded << (BIN_BITS * k as u32);
                 sum += rounded;
             }
         }
-        profile.inverse_sum = if sum > 0 { 1.0 / sum as f32 } else { 0.0 };
-        profile
+        let inverse_sum = if sum > 0 { 1.0 / sum as f32 } else { 0.0 };
+        Self { mean_density: total / BINS as f32, inverse_sum, words }
     }
 
     /// By a march through the density volume between two points of the unit sphere.
@@ -99,8 +105,11 @@ impl ChordProfile {
     }
 
     /// Share of the chord's matter before the fraction `t` of its length: 0 at 0, 1 at 1, and
-    /// never falling between; 0 where there is no matter.
+    /// never falling between. Where there is no matter, it is the share of the length.
     pub fn fraction(&self, t: f32) -> f32 {
+        if self.inverse_sum == 0.0 {
+            return t;
+        }
         let place = t * BINS as f32;
         let bin = (place as usize).min(BINS - 1);
         let word = self.words[bin / BINS_IN_WORD];
@@ -193,7 +202,8 @@ mod tests {
             if channels.z - channels.y < LEAST_EXTENT {
                 continue;
             }
-            let (there, back) = (ChordStep::decode(channels, false), ChordStep::decode(channels, true));
+            let (there, back) =
+                (ChordStep::decode(channels, false), ChordStep::decode(channels, true));
             let profiles = (random_profile(i, false), random_profile(i, true));
             for k in 0..=20 {
                 let t = k as f32 / 20.0;
@@ -207,7 +217,8 @@ mod tests {
     #[test]
     fn uniform_chords_share_by_length() {
         assert_eq!(ChordProfile::UNIFORM.words, ChordProfile::of(|_| 1.0).words);
-        assert_eq!(ChordProfile::of(|_| 0.0).fraction(1.0), 0.0);
+        assert_eq!(ChordProfile::of(|_| 0.0).fraction(0.3), 0.3);
+        assert!((ChordProfile::of(|t| 1e-3 * t).fraction(1.0) - 1.0).abs() < 1e-6);
         for k in 0..=10 {
             let t = k as f32 / 10.0;
             assert!((ChordProfile::UNIFORM.fraction(t) - t).abs() < 1e-6);

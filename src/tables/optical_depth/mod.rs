@@ -36,10 +36,10 @@ pub mod mapping;
 pub mod measure;
 pub mod random;
 pub mod rays;
-pub mod volume;
 mod table;
 #[cfg(test)]
 mod twin_tests;
+pub mod volume;
 
 pub use bake::OpticalDepthOptions;
 pub use grid::Grid;

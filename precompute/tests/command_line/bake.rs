@@ -1,37 +1,6 @@
-//! The command line of precompute: what it writes, says and refuses.
+//! `precompute bake` and `precompute info`: what they write, say and refuse.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
-/// Tables small enough for a test.
-const SMALL: &[&str] = &[
-    "--shapes=soft-9,pyroclastic-9",
-    "--disc=8",
-    "--direction=4",
-    "--rays=4",
-    "--phase=hg:0.5",
-    "--albedo=0.9",
-    "--scattering=2,4,4,4",
-    "--optical-radius=0.5,2",
-    "--events=20000",
-];
-
-fn precompute(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_precompute")).args(arguments).output().expect("it runs")
-}
-
-fn bake(out: &Path, more: &[&str]) -> Output {
-    let out = format!("--out={}", out.display());
-    precompute(&[&["bake", &out], SMALL, more].concat())
-}
-
-/// The sentence on standard error of a command that ends with exit code 2.
-fn refusal(output: &Output) -> String {
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    assert!(!text.contains("panicked"), "{text}");
-    text
-}
+use super::{SMALL, bake, precompute, refusal};
 
 #[test]
 fn threads_do_not_change_the_bytes() {

@@ -1,0 +1,9 @@
+//! How far two pictures are apart: numbers, and a picture of the differences.
+
+pub mod error_image;
+mod errors;
+pub mod flip;
+mod picture;
+
+pub use errors::{Differences, Report, compare};
+pub use picture::{Kind, Measured};

@@ -1,0 +1,137 @@
+use bytemuck::Zeroable;
+use glam::DQuat;
+
+use super::*;
+use crate::frame::cpu::blend::{compose, compose_exactly};
+use crate::frame::gpu_data::FrameUniforms;
+use crate::medium::Phase;
+use crate::reference::Random;
+use crate::tables::TableSet;
+
+const PHASE: Phase = Phase::Mie { diameter_um: 20.0 };
+
+/// Overlapping particles ahead, with light drawn at random, so that order shows.
+fn cloud(tables: &TableSet, noise: bool) -> (Vec<Particle>, Vec<ParticleLight>) {
+    let mut random = Random::new(11, 0, 0);
+    (0..40u32)
+        .map(|id| {
+            let mut signed = || (2.0 * random.unit() - 1.0) as f32;
+            let centre = [150.0 * signed(), 150.0 * signed(), -600.0 + 150.0 * signed()];
+            let turn = DQuat::from_xyzw(signed().into(), signed().into(), signed().into(), 1.0);
+            let mut four = |scale: f32| [0; 4].map(|_| scale * signed());
+            let light = ParticleLight {
+                sun_front: four(1.0),
+                sun_behind: four(1.0),
+                zenith_front: four(1.0),
+                zenith_behind: four(1.0),
+                sun_irradiance: four(1.0).map(f32::abs),
+                ambient_above: four(0.1).map(f32::abs),
+                ambient_below: four(0.1).map(f32::abs),
+            };
+            let (radius, extinction) = (40.0 + 80.0 * signed().abs(), 0.02 * signed().abs());
+            let shape = if noise { 1 + id % 5 } else { 0 };
+            let optical_radius = extinction * radius * tables.mean_density(shape) as f32;
+            let orientation = turn.normalize().as_quat().to_array();
+            (Particle { centre, radius, orientation, extinction, shape, id, optical_radius }, light)
+        })
+        .unzip()
+}
+
+fn scene() -> Scene {
+    Scene { sky: SkyOf::Uniform { radiance: 0.1 }, ..Scene::default() }
+}
+
+fn directions() -> impl Iterator<Item = DVec3> {
+    (0..400).map(|i| {
+        let (x, y) = (f64::from(i % 20) - 9.5, f64::from(i / 20) - 9.5);
+        DVec3::new(0.04 * x, 0.04 * y, -1.0).normalize()
+    })
+}
+
+/// With uniform particles the tables are exact and so are pieces between events.
+#[test]
+fn uniform_particles_as_the_other_compositor_has_them() {
+    let tables = TableSet::embedded().expect("tables");
+    let scattering = tables.scattering_for(&PHASE, 1.0).expect("built in");
+    let (particles, lights) = cloud(&tables, false);
+    let frame = FrameUniforms {
+        sun: [0.6, 0.64, 0.48, 0.0],
+        albedo: 1.0,
+        mean_cosine: PHASE.mean_cosine() as f32,
+        ..FrameUniforms::zeroed()
+    };
+    let inputs =
+        || ChordInputs { frame: &frame, tables: &tables, scattering, phase: PHASE.prepare() };
+    let exact =
+        Exact::new(&scene(), inputs(), particles.clone(), lights.clone()).expect("particles");
+    let mut seen = 0;
+    for dir in directions() {
+        let chords: Vec<_> = particles
+            .iter()
+            .zip(&lights)
+            .filter_map(|(p, l)| inputs().chord(p, l, dir, f64::INFINITY))
+            .collect();
+        let (got, expected) = (exact.clouds(dir, f64::INFINITY), compose_exactly(&chords));
+        seen += usize::from(expected.transmittance < 0.9);
+        // The other one holds chords' shares in f32.
+        assert!((got.transmittance - expected.transmittance).abs() < 1e-6, "{dir}");
+        assert!((got.radiance - expected.radiance).length() < 1e-5, "{dir}");
+        assert!((got.distance - expected.distance).abs() < 0.1, "{dir}");
+    }
+    assert!(seen > 100, "{seen} rays met clouds");
+}
+
+/// With noise shapes: against all particles marched in very small steps.
+#[test]
+fn noise_shapes_as_a_fine_march_has_them() {
+    let tables = TableSet::embedded().expect("tables");
+    let scattering = tables.scattering_for(&PHASE, 1.0).expect("built in");
+    let (particles, lights) = cloud(&tables, true);
+    let frame = FrameUniforms { sun: [0.6, 0.64, 0.48, 0.0], ..FrameUniforms::zeroed() };
+    let inputs = ChordInputs { frame: &frame, tables: &tables, scattering, phase: PHASE.prepare() };
+    let exact = Exact::new(&scene(), inputs, particles, lights).expect("particles");
+    for dir in directions().step_by(7) {
+        let ray = Ray { origin: DVec3::ZERO, dir };
+        let chords = exact.chords(&ray, f64::INFINITY);
+        const STEP: f64 = 0.05;
+        let (mut depth, mut radiance) = (0.0f64, DVec3::ZERO);
+        for i in 0..(1100.0 / STEP) as usize {
+            let t = (i as f64 + 0.5) * STEP;
+            let (mut tau, mut light) = (0.0, DVec3::ZERO);
+            for chord in chords.iter().filter(|c| (c.begin..c.end).contains(&t)) {
+                let own = STEP * chord.particle.extinction_at(ray.at(t));
+                tau += own;
+                light += own * chord.source;
+            }
+            radiance += (-depth - 0.5 * tau).exp() * light;
+            depth += tau;
+        }
+        let got = exact.clouds(dir, f64::INFINITY);
+        // The march cuts ends of chords to its steps: a few times 0.05 m of 0.02 a metre.
+        assert!((got.transmittance - (-depth).exp()).abs() < 1e-3, "{dir}: {got:?} {depth}");
+        assert!((got.radiance - radiance).length() < 2e-3 * radiance.length().max(0.1), "{dir}");
+    }
+}
+
+/// A frame's compositor with few open chords differs: the test above would see it.
+#[test]
+fn order_matters_in_these_clouds() {
+    let tables = TableSet::embedded().expect("tables");
+    let scattering = tables.scattering_for(&PHASE, 1.0).expect("built in");
+    let (particles, lights) = cloud(&tables, false);
+    let frame = FrameUniforms { sun: [0.6, 0.64, 0.48, 0.0], ..FrameUniforms::zeroed() };
+    let inputs = ChordInputs { frame: &frame, tables: &tables, scattering, phase: PHASE.prepare() };
+    let most = directions()
+        .map(|dir| {
+            let mut chords: Vec<_> = particles
+                .iter()
+                .zip(&lights)
+                .filter_map(|(p, l)| inputs.chord(p, l, dir, f64::INFINITY))
+                .collect();
+            chords.sort_by(|a, b| a.order.total_cmp(&b.order));
+            let off = compose(&chords, 1, 0.0).radiance - compose_exactly(&chords).radiance;
+            off.length()
+        })
+        .fold(0.0, f64::max);
+    assert!(most > 1e-3, "{most}");
+}

@@ -1,0 +1,124 @@
+//! Reference pictures.
+
+use std::time::{Duration, Instant};
+
+use cumuli::output::Layers;
+
+use super::{Place, assert_sentence, pixels};
+
+const RENDER: &str = "render --scene small.toml --reference --size 24x16";
+
+#[test]
+fn radiance_its_error_and_transmittance() {
+    let place = Place::new();
+    let run = place.works(&format!("{RENDER} --spp 16 --out a.exr --png a.png"));
+    assert_eq!(run.out, "a.exr\na.png\n");
+    assert_eq!(place.names(""), ["a.exr", "a.png", "small.toml"]);
+    let layers = Layers::read(&place.path("a.exr"), 100).expect("an EXR");
+    assert_eq!(layers.size, [24, 16]);
+    let value = |name: &str, at: usize| f64::from(layers.channel(name).expect(name)[at]);
+    let (corner, middle) = (0, 8 * 24 + 12);
+    // A corner sees the uniform sky only: f32's 0.05, without any noise.
+    assert_eq!((value("G", corner), value("T", corner)), (f64::from(0.05f32), 1.0));
+    assert_eq!(value("standard_error.G", corner), 0.0);
+    // The middle looks through an optical depth of 4: 2 % of the light passes.
+    assert!(value("T", middle) < 0.5 && value("standard_error.R", middle) > 0.0);
+    assert_eq!(value("A", middle), 1.0 - value("T", middle));
+    assert_eq!(pixels(&place.path("a.png")).dimensions(), (24, 16));
+}
+
+#[test]
+fn the_same_bytes_on_any_number_of_threads() {
+    let place = Place::new();
+    let bytes = |name: &str, options: &str| {
+        place.works(&format!("{RENDER} --spp 4 --out {name}.exr {options}"));
+        place.read(&format!("{name}.exr"))
+    };
+    let first = bytes("a", "--threads 1");
+    assert!(first == bytes("b", "--threads 3"), "threads changed the picture");
+    assert!(first != bytes("c", "--seed 1"), "the seed changed nothing");
+    assert!(first != bytes("d", "--filter centre"), "the filter changed nothing");
+    assert!(first != bytes("e", "--aperture 40 --focus 300"), "the lens changed nothing");
+    let half = bytes("f", "--half");
+    assert!(half.len() < first.len(), "16 bits are not smaller");
+}
+
+/// Killed once some samples are saved: what lies on disk is whole, and the end is as if nothing
+/// had happened.
+#[test]
+fn a_killed_run_goes_on_to_the_same_bytes() {
+    let place = Place::new();
+    let render = "render --scene small.toml --reference --size 96x64 --spp 40 --save-every 0";
+    place.works(&format!("{render} --out whole.exr"));
+    let mut child =
+        place.command(&format!("{render} --out killed.exr")).spawn().expect("the program starts");
+    let start = Instant::now();
+    while !(place.path("killed.exr").exists() && place.path("killed.exr.partial").exists()) {
+        assert!(start.elapsed() < Duration::from_secs(120), "nothing was saved");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("an end");
+    let so_far = Layers::read(&place.path("killed.exr"), 1000).expect("a whole file");
+    assert_eq!(so_far.size, [96, 64]);
+    // Another picture is not mixed in.
+    let other = place.run(&format!("{render} --seed 2 --out killed.exr"));
+    if place.path("killed.exr.partial").exists() {
+        assert_eq!(other.code, Some(2));
+        assert_sentence(&other.err, &["killed.exr.partial", "another scene"]);
+        place.works(&format!("{render} --out killed.exr"));
+        assert!(place.read("whole.exr") == place.read("killed.exr"), "the pictures differ");
+        assert!(!place.path("killed.exr.partial").exists());
+    } else {
+        panic!("the run ended before it was killed: give it more samples");
+    }
+}
+
+/// With an open shutter the clouds' motion is in the picture; each time alone is another picture.
+#[test]
+fn the_shutter_blurs_what_moves() {
+    let place = Place::new();
+    let layers = |name: &str, options: &str| {
+        place.works(&format!("render --reference --size 16x9 --spp 2 {options} --out {name}.exr"));
+        Layers::read(&place.path(&format!("{name}.exr")), 100).expect("an EXR")
+    };
+    let still = layers("a", "");
+    assert_ne!(still.channels, layers("b", "--shutter 60").channels);
+    assert_ne!(still.channels, layers("c", "--time 30").channels);
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let place = Place::new();
+    place.write("a.exr.partial", "something else");
+    let message = place.refuses(&format!("{RENDER} --out a.exr"));
+    assert_sentence(&message, &["a.exr.partial", "remove it"]);
+    for options in [
+        "--out a.jpg",
+        "--out b.exr --spp 0",
+        "--out b.exr --threads 0",
+        "--out b.exr --aperture 1",
+        "--out b.exr --shutter -1",
+        "--out b.exr --png b.exr",
+        "--out b.exr --exact",
+        "--out b --frames 0..2",
+        "--out b.exr --time 1e10 --shutter 1e6",
+    ] {
+        place.refuses(&format!("{RENDER} {options}"));
+    }
+    place.refuses("render --scene small.toml --spp 4 --out b.exr");
+}
+
+/// One particle: nothing overlaps, and for a uniform one the tables are exact.
+#[test]
+fn the_exact_picture_is_the_frames_where_there_is_nothing_to_get_wrong() {
+    let place = Place::new();
+    place.works("render --scene small.toml --size 24x16 --preset high --out frame.exr");
+    let run = place.works("render --scene small.toml --size 24x16 --exact --out exact.exr");
+    assert_eq!(run.out, "exact.exr\n");
+    let run = place.works("compare frame.exr exact.exr --mask --json -");
+    let json: serde_json::Value = serde_json::from_str(&run.out).expect("JSON");
+    // f32, and texture units that filter with 8 bits of fraction.
+    assert!(json["relative_rmse"].as_f64().is_some_and(|v| v < 2e-3), "{json}");
+    assert!(json["pixels"].as_u64().is_some_and(|v| v > 30), "{json}");
+}
