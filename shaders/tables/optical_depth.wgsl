@@ -57,10 +57,9 @@ const LEAST_DENSITY: f32 = 4e-6;
 // Nodes along each edge of a density volume, and volumes along z.
 const VOLUME_NODES: f32 = 64.0;
 const VOLUMES_DEEP: u32 = 32u;
-// Radius on screen, in pixels, below which the first filtered copy is read; half of it for the
-// second, and so on to the last.
-const COPY_PIXELS: f32 = 12.0;
-const LAST_COPY: f32 = 3.0;
+// Radii on screen, in pixels, below which the first and the second filtered copy are read.
+const FIRST_COPY_PIXELS: f32 = 9.0;
+const SECOND_COPY_PIXELS: f32 = 3.0;
 
 // Square root of the mean density, start and end of the matter in the table's direction.
 fn table_channels(shape: u32, disc: vec2<f32>, direction: vec2<f32>) -> vec3<f32> {
@@ -149,13 +148,14 @@ fn march_bins(at: vec3<f32>, step: vec3<f32>) -> vec3<f32> {
     );
 }
 
-// A march through a shape's density, or a filtered copy of it: 0 is the density itself. Entry and
-// exit are points of the unit sphere in the particle's own axes; shape 0 is uniform.
-fn chord_profile(shape: u32, entry: vec3<f32>, exit: vec3<f32>, copy: u32) -> ChordProfile {
-    if shape == 0u {
-        let full = vec3(1.0);
-        return pack_profile(full, full, full, full, full, full, full);
-    }
+// Where a march runs through the texture of the densities, and its step.
+struct March {
+    at: vec3<f32>,
+    step: vec3<f32>,
+}
+
+// Through a shape's density, or a filtered copy of it: 0 is the density itself.
+fn march_between(shape: u32, entry: vec3<f32>, exit: vec3<f32>, copy: u32) -> March {
     let inverse = optical_depth_params.inverse_volumes.xyz;
     let size = VOLUME_NODES / f32(1u << copy);
     let column = f32((shape - 1u) / VOLUMES_DEEP);
@@ -165,20 +165,45 @@ fn chord_profile(shape: u32, entry: vec3<f32>, exit: vec3<f32>, copy: u32) -> Ch
     // The outermost nodes lie on the faces of the cube.
     let scale = 0.5 * (size - 1.0);
     let step = (exit - entry) * (scale / BINS) * inverse;
-    let at = (first + 0.5 * size + entry * scale) * inverse + 0.5 * step;
-    let a = march_bins(at, step);
-    let b = march_bins(at + 3.0 * step, step);
-    let c = march_bins(at + 6.0 * step, step);
-    let d = march_bins(at + 9.0 * step, step);
-    let e = march_bins(at + 12.0 * step, step);
-    let f = march_bins(at + 15.0 * step, step);
-    let g = march_bins(at + 18.0 * step, step);
+    return March((first + 0.5 * size + entry * scale) * inverse + 0.5 * step, step);
+}
+
+// The best answer. Entry and exit are points of the unit sphere in the particle's own axes; shape
+// 0 is uniform.
+fn chord_profile(shape: u32, entry: vec3<f32>, exit: vec3<f32>, copy: u32) -> ChordProfile {
+    if shape == 0u {
+        let full = vec3(1.0);
+        return pack_profile(full, full, full, full, full, full, full);
+    }
+    let m = march_between(shape, entry, exit, copy);
+    let a = march_bins(m.at, m.step);
+    let b = march_bins(m.at + 3.0 * m.step, m.step);
+    let c = march_bins(m.at + 6.0 * m.step, m.step);
+    let d = march_bins(m.at + 9.0 * m.step, m.step);
+    let e = march_bins(m.at + 12.0 * m.step, m.step);
+    let f = march_bins(m.at + 15.0 * m.step, m.step);
+    let g = march_bins(m.at + 18.0 * m.step, m.step);
     return pack_profile(a, b, c, d, e, f, g);
+}
+
+// The same without packing, for single chords: x the mean density, y and z the shares of the
+// matter before the fractions `begin` and `end` of the length.
+fn chord_part(shape: u32, entry: vec3<f32>, exit: vec3<f32>, begin: f32, end: f32) -> vec3<f32> {
+    if shape == 0u {
+        return vec3(1.0, begin, end);
+    }
+    let m = march_between(shape, entry, exit, 0u);
+    var sums = vec3(0.0);
+    for (var bin = 0.0; bin < BINS; bin += 1.0) {
+        let density = textureSampleLevel(density_texture, table_sampler, m.at + bin * m.step, 0.0).r;
+        sums += density * vec3(1.0, saturate(begin * BINS - bin), saturate(end * BINS - bin));
+    }
+    return vec3(sums.x / BINS, select(vec2(begin, end), min(sums.yz / sums.x, vec2(1.0)), sums.x > 0.0));
 }
 
 // The copy for a particle of this radius on screen, in pixels.
 fn copy_for(radius_pixels: f32) -> u32 {
-    return u32(clamp(floor(log2(COPY_PIXELS / max(radius_pixels, 1e-6))) + 1.0, 0.0, LAST_COPY));
+    return select(0u, 1u, radius_pixels < FIRST_COPY_PIXELS) + select(0u, 1u, radius_pixels < SECOND_COPY_PIXELS);
 }
 
 // Sum of a profile's bins before the fraction t of the chord's length.

@@ -11,39 +11,29 @@
 //! 20: 0.008. A density ends at 0 at both ends of its chord, so that evenly spaced samples
 //! integrate it far better than their number suggests, and parts need that number anyway.
 //!
-//! The blend asks for shares several times a chord. Words that hold three bins and the sum of all
-//! before them take one read of memory and a dozen integer operations to answer; densities in
-//! plain bytes, summed with weights, made the whole blend half as slow again.
+//! The blend asks for shares several times a chord, and packs the bins for that: words that hold
+//! three of them in 7 bits and the sum of all before take a dozen integer operations to answer.
+//! That moves shares by less than 0.006 ([`PACKING`]); the figures that a table file records are
+//! without it, and it adds nothing to their third digit. Kept in memory that is indexed, or as
+//! plain bytes that are summed with weights, they made the whole blend half as slow again.
 
 use glam::{Vec3, Vec4};
 
 use super::volume::DensityVolume;
 
 /// Equal parts of a chord whose densities a profile holds.
-pub const BINS: usize = WORDS * BINS_IN_WORD;
-/// Words of a profile.
-pub const WORDS: usize = 7;
-/// Bins of a word, from the lowest bits on, [`BIN_BITS`] each; above them the sum of all bins of
-/// the words before.
-const BINS_IN_WORD: usize = 3;
-const BIN_BITS: u32 = 7;
-const BIN_MASK: u32 = (1 << BIN_BITS) - 1;
-const SUM_SHIFT: u32 = BIN_BITS * BINS_IN_WORD as u32;
-/// The number that stands for density 1: the most for which 18 bins fit into the sum's 11 bits.
-const FULL: f32 = 113.0;
+pub const BINS: usize = 21;
+/// Largest error of a share by packing bins to 7 bits in the shader: half of 1/113 of the largest
+/// bin each, for half of the bins, where one of them holds all matter.
+pub const PACKING: f32 = 0.006;
 
-/// A largest density below this is none: of the volume's steps of 1/255 a thousandth.
-const LEAST_DENSITY: f32 = 4e-6;
-
-/// How the matter of one chord is spread; `ChordProfile` of the shader.
+/// How the matter of one chord is spread; what `ChordProfile` of the shader holds in packed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChordProfile {
     /// Mean density along the chord, 0..1.
     pub mean_density: f32,
-    /// One over the sum of the bins; 0 where there is no matter.
-    pub inverse_sum: f32,
-    /// Densities of the bins, up to a common factor.
-    pub words: [u32; WORDS],
+    /// Densities of the bins from the entry on.
+    pub bins: [f32; BINS],
 }
 
 /// The mean density of a chord, and where its matter begins and ends; `ChordStep` of the shader.
@@ -64,39 +54,12 @@ pub const LEAST_EXTENT: f32 = 0.1;
 
 impl ChordProfile {
     /// Density 1 all along.
-    pub const UNIFORM: Self = Self::uniform();
+    pub const UNIFORM: Self = Self { mean_density: 1.0, bins: [1.0; BINS] };
 
-    const fn uniform() -> Self {
-        const WORD: u32 = FULL as u32;
-        let mut words = [WORD | WORD << BIN_BITS | WORD << (2 * BIN_BITS); WORDS];
-        let mut i = 0;
-        while i < WORDS {
-            words[i] |= (WORD * (BINS_IN_WORD * i) as u32) << SUM_SHIFT;
-            i += 1;
-        }
-        Self { mean_density: 1.0, inverse_sum: 1.0 / (FULL * BINS as f32), words }
-    }
-
-    /// From the density at the middles of the bins, by fraction of the length.
+    /// From the density by fraction of the length.
     fn of(density: impl Fn(f32) -> f32) -> Self {
-        let middle = |bin: usize| (bin as f32 + 0.5) / BINS as f32;
-        let densities: [f32; BINS] = std::array::from_fn(|bin| density(middle(bin)));
-        let total: f32 = densities.iter().sum();
-        let most = densities.iter().fold(0.0f32, |a, b| a.max(*b));
-        // The largest bin takes all its bits, so that no chord loses what little it has.
-        let factor = FULL / most.max(LEAST_DENSITY);
-        let mut words = [0; WORDS];
-        let mut sum = 0;
-        for (word, bins) in words.iter_mut().zip(densities.chunks_exact(BINS_IN_WORD)) {
-            *word = sum << SUM_SHIFT;
-            for (k, density) in bins.iter().enumerate() {
-                let rounded = (density * factor).round() as u32;
-                *word |= rounded << (BIN_BITS * k as u32);
-                sum += rounded;
-            }
-        }
-        let inverse_sum = if sum > 0 { 1.0 / sum as f32 } else { 0.0 };
-        Self { mean_density: total / BINS as f32, inverse_sum, words }
+        let bins = std::array::from_fn(|bin| density((bin as f32 + 0.5) / BINS as f32));
+        Self { mean_density: bins.iter().sum::<f32>() / BINS as f32, bins }
     }
 
     /// By a march through the density volume between two points of the unit sphere.
@@ -107,18 +70,15 @@ impl ChordProfile {
     /// Share of the chord's matter before the fraction `t` of its length: 0 at 0, 1 at 1, and
     /// never falling between. Where there is no matter, it is the share of the length.
     pub fn fraction(&self, t: f32) -> f32 {
-        if self.inverse_sum == 0.0 {
+        let total = self.mean_density * BINS as f32;
+        if total <= 0.0 {
             return t;
         }
         let place = t * BINS as f32;
         let bin = (place as usize).min(BINS - 1);
-        let word = self.words[bin / BINS_IN_WORD];
-        let shift = BIN_BITS * (bin % BINS_IN_WORD) as u32;
-        let before = word & ((1 << shift) - 1);
-        // The bins of this word that lie before: at most two.
-        let sum = (word >> SUM_SHIFT) + (before & BIN_MASK) + (before >> BIN_BITS);
-        let own = word >> shift & BIN_MASK;
-        (sum as f32 + (place - bin as f32) * own as f32) * self.inverse_sum
+        let before: f32 = self.bins[..bin].iter().sum();
+        // The mean is rounded: at the end the quotient may miss 1 by a rounding.
+        ((before + (place - bin as f32) * self.bins[bin]) / total).min(1.0)
     }
 }
 
@@ -216,7 +176,6 @@ mod tests {
 
     #[test]
     fn uniform_chords_share_by_length() {
-        assert_eq!(ChordProfile::UNIFORM.words, ChordProfile::of(|_| 1.0).words);
         assert_eq!(ChordProfile::of(|_| 0.0).fraction(0.3), 0.3);
         assert!((ChordProfile::of(|t| 1e-3 * t).fraction(1.0) - 1.0).abs() < 1e-6);
         for k in 0..=10 {

@@ -28,6 +28,8 @@
 pub mod alternatives;
 pub mod bake;
 pub mod compare;
+#[cfg(test)]
+mod distant_tests;
 pub mod encoding;
 pub mod fit;
 pub mod grid;

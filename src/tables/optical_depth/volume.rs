@@ -1,24 +1,29 @@
 //! The density of a shape as bytes: what a march through it reads, here and in a texture.
 
+use std::sync::LazyLock;
+
 use glam::Vec3;
 
 use crate::error::{Error, Result};
 use crate::medium::Shape;
-use crate::medium::shape::{VOLUME_CELL, VOLUME_FULL, VOLUME_NODES};
+use crate::medium::shape::{VOLUME_NODES, volume_byte, volume_density};
 
 /// Nodes of the full volume.
 pub const NODES: usize = VOLUME_NODES * VOLUME_NODES * VOLUME_NODES;
-/// Volumes of a shape, the filtered copies among them. The last copy has 8 nodes along an edge: a
-/// particle for which it is still too fine covers a pixel or two.
-pub const VOLUMES: usize = 4;
-/// Radius of a particle on screen, in pixels, below which the first copy is read; half of it for
-/// the second, and so on. Measured by `tests/frame/distant.rs`.
-pub const COPY_PIXELS: f32 = 12.0;
+/// Radii of a particle on screen, in pixels, below which the first and the second filtered copy are
+/// read. `distant_tests` measures where each is closest to a supersampled picture: the first from
+/// 2.8 to 9 pixels, the second below; a third one, of 8 nodes along an edge, nowhere.
+pub const COPY_PIXELS: [f32; VOLUMES - 1] = [9.0, 3.0];
+/// Volumes of a shape, the filtered copies among them.
+pub const VOLUMES: usize = 3;
+
+/// The densities that bytes hold.
+static DENSITIES: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|byte| volume_density(byte as u8).to_f32()));
 
 /// The copy for a particle of this radius on screen, in pixels; twin of `copy_for` in the shader.
 pub fn copy_for(radius_pixels: f32) -> usize {
-    let copy = (COPY_PIXELS / radius_pixels.max(1e-6)).log2().floor() + 1.0;
-    copy.clamp(0.0, (VOLUMES - 1) as f32) as usize
+    COPY_PIXELS.iter().filter(|most| radius_pixels < **most).count()
 }
 
 /// The density of a noise shape over -1..1 in all axes: the same function as [`Shape::density`] in
@@ -37,7 +42,7 @@ pub struct DensityVolume {
 impl DensityVolume {
     /// Of a noise shape.
     pub fn of(shape: &Shape) -> Self {
-        let bytes = shape.volume().iter().map(|d| (d * VOLUME_FULL).round() as u8).collect();
+        let bytes = shape.volume().iter().map(|d| volume_byte(*d)).collect();
         Self { nodes: VOLUME_NODES, bytes }
     }
 
@@ -94,12 +99,12 @@ impl DensityVolume {
         // One bounds check for all eight corners.
         let Some(v) = self.bytes.get(base..base + n * n + n + 2) else { return 0.0 };
         let row = |i: usize| {
-            let (a, b) = (f32::from(v[i]), f32::from(v[i + 1]));
+            let [a, b] = [v[i], v[i + 1]].map(|byte| DENSITIES[usize::from(byte)]);
             a + f.x * (b - a)
         };
         let near = row(0) + f.y * (row(n) - row(0));
         let far = row(n * n) + f.y * (row(n * n + n) - row(n * n));
-        (near + f.z * (far - near)) / VOLUME_FULL
+        near + f.z * (far - near)
     }
 }
 
@@ -138,7 +143,7 @@ mod tests {
             assert!(difference.abs() < 1e-5, "{x} {difference}");
         }
         let copies = volume.with_copies();
-        assert_eq!(copies.iter().map(DensityVolume::nodes).collect::<Vec<_>>(), [64, 32, 16, 8]);
+        assert_eq!(copies.iter().map(DensityVolume::nodes).collect::<Vec<_>>(), [64, 32, 16]);
         let matter = |v: &DensityVolume| {
             let cell = (2.0 / (v.nodes() - 1) as f64).powi(3);
             v.bytes().iter().map(|b| f64::from(*b) * cell).sum::<f64>()
