@@ -24,7 +24,7 @@ fn small() -> (TableSet, Vec<u8>) {
         scattering: ScatteringOptions {
             resolution: [2, 4, 4, 4],
             optical_radius: [0.5, 2.0],
-            events: 20_000,
+            remainder: 1e-2,
         },
     };
     let tables = TableSet::bake(&options, &Silent).expect("baked");

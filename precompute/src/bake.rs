@@ -47,9 +47,9 @@ pub struct BakeArgs {
     #[arg(long, value_name = "LEAST,MOST", value_delimiter = ',',
         default_values_t = ScatteringOptions::default().optical_radius)]
     optical_radius: Vec<f64>,
-    /// Scatterings recorded at each optical radius
-    #[arg(long, value_name = "EVENTS", default_value_t = ScatteringOptions::default().events)]
-    events: u64,
+    /// Scattering orders are summed until a step changes the light by less than this share
+    #[arg(long, value_name = "SHARE", default_value_t = ScatteringOptions::default().remainder)]
+    remainder: f64,
     /// Seed of the random chords
     #[arg(long, value_name = "SEED", default_value_t = OpticalDepthOptions::default().seed)]
     seed: u64,
@@ -96,7 +96,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
         scattering: ScatteringOptions {
             resolution: numbers("--scattering", &args.scattering)?,
             optical_radius: numbers("--optical-radius", &args.optical_radius)?,
-            events: args.events,
+            remainder: args.remainder,
         },
     };
     let bar = StageBar::new();

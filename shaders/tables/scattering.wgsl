@@ -11,13 +11,13 @@ struct ScatteringParams {
     incidence_nodes: f32,
     radius_nodes: f32,
     radius_least: f32,
+    radius_greatest: f32,
     radius_scale: f32,
     lobe_inverse: f32,
     lobe_factor: f32,
     even_factor: f32,
     albedo: f32,
-    padding_a: f32,
-    padding_b: f32,
+    transport: f32,
 }
 
 @group(1) @binding(1) var scattering_table: texture_3d<f32>;
@@ -25,10 +25,24 @@ struct ScatteringParams {
 
 // Below this product of sines the azimuth has no effect.
 const DEGENERATE_SINES: f32 = 1e-6;
+// As in mapping.rs and terminator.rs.
+const GRAZING_SHARE: f32 = 0.6;
+const GRAZING_SCALE: f32 = 0.5;
+const TERMINATOR_WIDTH: f32 = 0.55;
 
 // Texture place of a coordinate in 0..1 on an axis whose ends are nodes.
 fn table_place(coordinate: f32, nodes: f32) -> f32 {
     return (coordinate * (nodes - 1.0) + 0.5) / nodes;
+}
+
+// What the fall of light across the terminator was divided by, from the height of the entry point
+// over the plane that faces the sun. Twin: src/tables/scattering/terminator.rs.
+fn terminator(elevation: f32, optical_radius: f32) -> f32 {
+    let free = 1.0 / (scattering_params.transport * optical_radius);
+    let width2 = TERMINATOR_WIDTH * TERMINATOR_WIDTH * free * (1.0 + free);
+    let root = sqrt(elevation * elevation + width2);
+    let bright = select(root + elevation, width2 / (root - elevation), elevation < 0.0);
+    return bright / (1.0 + sqrt(1.0 + width2));
 }
 
 // Source of order 1 without phase function, and of the orders from 2 on with it, both per unit of
@@ -36,7 +50,10 @@ fn table_place(coordinate: f32, nodes: f32) -> f32 {
 // sphere, direction away from the eye, direction towards the sun.
 fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_radius: f32) -> vec2<f32> {
     let p = scattering_params;
-    let incidence = clamp(-dot(entry, dir), 0.0, 1.0);
+    let incidence_cosine = clamp(-dot(entry, dir), 0.0, 1.0);
+    let incidence_sine = sqrt(1.0 - incidence_cosine * incidence_cosine);
+    let incidence = GRAZING_SHARE * (1.0 + GRAZING_SCALE) * incidence_cosine / (incidence_cosine + GRAZING_SCALE)
+        + (1.0 - GRAZING_SHARE) * (1.0 - incidence_sine);
     // From the difference: the cosine loses the digits of small angles.
     let apart = dir - sun;
     let half_sine_squared = min(0.25 * dot(apart, apart), 1.0);
@@ -48,13 +65,14 @@ fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_r
     let view_sun = log(scaled + sqrt(scaled * scaled + 1.0)) * p.lobe_factor
         + (1.0 + half_sine - half_cosine) * p.even_factor;
 
-    let sines = 2.0 * half_sine * half_cosine * sqrt(max(1.0 - incidence * incidence, 0.0));
-    let along = dot(entry, sun) + incidence * cosine;
+    let sines = 2.0 * half_sine * half_cosine * incidence_sine;
+    let elevation = dot(entry, sun);
+    let along = elevation + incidence_cosine * cosine;
     let azimuth_cosine = clamp(along / max(sines, DEGENERATE_SINES), -1.0, 1.0);
     let azimuth = 0.5 * (1.0 + sqrt(0.5 - 0.5 * azimuth_cosine) - sqrt(0.5 + 0.5 * azimuth_cosine));
 
-    let level = clamp(log(max(optical_radius, p.radius_least) / p.radius_least) * p.radius_scale,
-        0.0, p.radius_nodes - 1.0);
+    let radius = clamp(optical_radius, p.radius_least, p.radius_greatest);
+    let level = min(log((radius + 1.0) / (p.radius_least + 1.0)) * p.radius_scale, p.radius_nodes - 1.0);
     let lower = min(floor(level), p.radius_nodes - 2.0);
     let slices = p.radius_nodes * p.incidence_nodes;
     let slice = lower * p.incidence_nodes + incidence * (p.incidence_nodes - 1.0) + 0.5;
@@ -65,5 +83,6 @@ fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_r
         textureSampleLevel(scattering_table, table_sampler, above, 0.0).xy,
         level - lower,
     );
-    return vec2(p.albedo * exp(-optical_radius * value.x), opacity(optical_radius) * exp(value.y));
+    let fall = terminator(elevation, radius);
+    return vec2(p.albedo * exp(-optical_radius * value.x), opacity(optical_radius) * fall * exp(value.y));
 }

@@ -112,7 +112,7 @@ mod tests {
         let options = ScatteringOptions {
             resolution: [2, 4, 4, 4],
             optical_radius: [0.5, 1.0],
-            events: 20_000,
+            remainder: 1e-3,
         };
         let phase = Phase::Hg { g: 0.5 };
         let get = || {
@@ -148,7 +148,7 @@ mod tests {
         let options = ScatteringOptions {
             resolution: [2, 4, 4, 4],
             optical_radius: [0.5, 1.0],
-            events: 20_000,
+            remainder: 1e-3,
         };
         let phase = Phase::Hg { g: 0.5 };
         assert!(scattering_in(Some(&file), &phase, 1.0, &options, &Silent).is_ok());

@@ -69,9 +69,8 @@ fn radius_line(radius: &RadiusReport) -> String {
         format!(", energy out over energy in {low:.4} to {high:.4} before it was balanced")
     });
     format!(
-        "  optical radius {:8.3}: {} photons, {:.2} scatterings each, {:.1e} of all beyond the \
-         64th{energy}",
-        radius.optical_radius, radius.photons, radius.mean_orders, radius.beyond_64
+        "  optical radius {:8.3}: {} steps, last change {:.1e}{energy}",
+        radius.optical_radius, radius.steps, radius.residual
     )
 }
 

@@ -18,7 +18,7 @@ const SIZE: [u32; 2] = [48, 40];
 fn tables_for(phase: Phase) -> TableSet {
     let options = ScatteringOptions {
         resolution: [4, 4, 4, 8],
-        events: 20_000,
+        remainder: 1e-2,
         ..ScatteringOptions::default()
     };
     let table = ScatteringTable::bake(phase, 1.0, &options, &Silent).expect("a small table");

@@ -20,7 +20,7 @@ const SMALL: &[&str] = &[
     "--albedo=0.9",
     "--scattering=2,4,4,4",
     "--optical-radius=0.5,2",
-    "--events=20000",
+    "--remainder=0.01",
 ];
 
 /// The tables that are built into cumuli.

@@ -20,7 +20,9 @@ pub struct ScatteringParams {
     pub radius_nodes: f32,
     /// Least optical radius.
     pub radius_least: f32,
-    /// Nodes per unit of the optical radius' natural logarithm.
+    /// Greatest optical radius.
+    pub radius_greatest: f32,
+    /// Nodes per unit of the natural logarithm of the optical radius plus 1.
     pub radius_scale: f32,
     /// 1 / sine of half the angle where logarithmic spacing begins.
     pub lobe_inverse: f32,
@@ -30,10 +32,8 @@ pub struct ScatteringParams {
     pub even_factor: f32,
     /// Single-scattering albedo.
     pub albedo: f32,
-    /// Unused.
-    pub padding_a: f32,
-    /// Unused.
-    pub padding_b: f32,
+    /// Transport extinction over extinction.
+    pub transport: f32,
 }
 
 #[cfg(test)]
@@ -45,13 +45,13 @@ impl ScatteringParams {
         ("incidence_nodes", std::mem::offset_of!(ScatteringParams, incidence_nodes)),
         ("radius_nodes", std::mem::offset_of!(ScatteringParams, radius_nodes)),
         ("radius_least", std::mem::offset_of!(ScatteringParams, radius_least)),
+        ("radius_greatest", std::mem::offset_of!(ScatteringParams, radius_greatest)),
         ("radius_scale", std::mem::offset_of!(ScatteringParams, radius_scale)),
         ("lobe_inverse", std::mem::offset_of!(ScatteringParams, lobe_inverse)),
         ("lobe_factor", std::mem::offset_of!(ScatteringParams, lobe_factor)),
         ("even_factor", std::mem::offset_of!(ScatteringParams, even_factor)),
         ("albedo", std::mem::offset_of!(ScatteringParams, albedo)),
-        ("padding_a", std::mem::offset_of!(ScatteringParams, padding_a)),
-        ("padding_b", std::mem::offset_of!(ScatteringParams, padding_b)),
+        ("transport", std::mem::offset_of!(ScatteringParams, transport)),
     ];
 }
 
@@ -66,13 +66,14 @@ impl ScatteringTable {
             incidence_nodes: incidences,
             radius_nodes: radii,
             radius_least: low as f32,
-            radius_scale: ((self.resolution[0] - 1) as f64 / (high / low).ln()) as f32,
+            radius_greatest: high as f32,
+            radius_scale: ((self.resolution[0] - 1) as f64 / ((high + 1.0) / (low + 1.0)).ln())
+                as f32,
             lobe_inverse: (1.0 / self.map.lobe_scale) as f32,
             lobe_factor: self.map.lobe_factor() as f32,
             even_factor: self.map.even_factor() as f32,
             albedo: self.albedo as f32,
-            padding_a: 0.0,
-            padding_b: 0.0,
+            transport: self.terminator.transport as f32,
         }
     }
 

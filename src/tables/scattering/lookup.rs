@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::mapping::{Coordinates, Geometry, azimuth_coordinate};
+use super::mapping::{Coordinates, Geometry, RadiusMap, azimuth_coordinate, incidence_coordinate};
 use super::single::opacity;
 use super::{CHANNELS, ScatteringTable};
 
@@ -18,18 +18,19 @@ impl ScatteringTable {
     pub fn lookup_geometry(&self, geometry: &Geometry, optical_radius: f64) -> [f64; 2] {
         let [path, logarithm] = self.interpolate(&self.coordinates(geometry, optical_radius));
         let single = self.albedo * (-optical_radius * path).exp();
-        [single, opacity(optical_radius) * logarithm.exp()]
+        let [low, high] = self.optical_radius;
+        let fall = self.terminator.factor(geometry.elevation(), optical_radius.clamp(low, high));
+        [single, opacity(optical_radius) * fall * logarithm.exp()]
     }
 
     /// Where a ray lies in the table.
     pub fn coordinates(&self, geometry: &Geometry, optical_radius: f64) -> Coordinates {
-        let [low, high] = self.optical_radius;
-        let share = (optical_radius.max(low) / low).ln() / (high / low).ln();
+        let radii = RadiusMap { range: self.optical_radius };
         Coordinates {
-            incidence: geometry.incidence.clamp(0.0, 1.0),
+            incidence: incidence_coordinate(geometry.incidence.clamp(0.0, 1.0)),
             azimuth: azimuth_coordinate(geometry.azimuth.cos()),
             view_sun: self.map.coordinate((0.5 * geometry.view_sun).sin()),
-            optical_radius: share.clamp(0.0, 1.0),
+            optical_radius: radii.coordinate(optical_radius),
         }
     }
 

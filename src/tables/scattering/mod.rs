@@ -7,9 +7,9 @@
 //!
 //! Two channels: order 1 as an effective optical path `s` of the sunlight, its source without
 //! phase function being `albedo exp(-R s)`; and the natural logarithm of the source of all orders
-//! from 2 on, phase function included, divided by `1 - exp(-R)`. Interpolating these in place of
-//! the sources themselves makes power-law lobes and exponential shadows nearly linear between the
-//! nodes.
+//! from 2 on, phase function included, divided by `1 - exp(-R)` and by the fall of light across
+//! the terminator ([`terminator`]). Interpolating these in place of the sources themselves makes
+//! power-law lobes and exponential shadows nearly linear between the nodes.
 
 pub mod bake;
 mod gpu;
@@ -18,13 +18,15 @@ pub mod mapping;
 pub mod reference;
 mod report;
 pub mod single;
+pub mod terminator;
 
 use half::f16;
 
 pub use gpu::ScatteringParams;
 pub use report::{RadiusReport, ScatteringReport};
 
-use self::mapping::ViewSunMap;
+use self::mapping::{RadiusMap, ViewSunMap};
+use self::terminator::Terminator;
 use crate::error::{Error, Result};
 use crate::medium::Phase;
 use crate::tables::Progress;
@@ -39,20 +41,24 @@ const MAX_SLICES: usize = 2048;
 /// Optical radii for which the solver's grids are made.
 const OPTICAL_RADII: [f64; 2] = [1e-3, 1e3];
 
+/// Shares that the remainder of the orders may have: f32 reaches the first.
+const REMAINDERS: [f64; 2] = [1e-5, 0.1];
+
 /// What to bake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScatteringOptions {
-    /// Nodes: optical radius, cosine of incidence, azimuth, view-sun angle.
+    /// Nodes: optical radius, incidence, azimuth, view-sun angle.
     pub resolution: [usize; 4],
     /// Least and greatest optical radius.
     pub optical_radius: [f64; 2],
-    /// Scatterings recorded at each optical radius.
-    pub events: u64,
+    /// The scattering orders are summed until a further step changes the light at a place by less
+    /// than this share of it, in the root mean square.
+    pub remainder: f64,
 }
 
 impl Default for ScatteringOptions {
     fn default() -> Self {
-        Self { resolution: [24, 16, 16, 32], optical_radius: [0.05, 100.0], events: 8_000_000 }
+        Self { resolution: [26, 20, 14, 40], optical_radius: [0.05, 100.0], remainder: 3e-4 }
     }
 }
 
@@ -64,9 +70,8 @@ impl ScatteringOptions {
 
     /// Optical radius of a node.
     pub fn optical_radius_at(&self, index: usize) -> f64 {
-        let [low, high] = self.optical_radius;
-        let share = mapping::node(index, self.resolution[0]);
-        low * (high / low).powf(share)
+        let map = RadiusMap { range: self.optical_radius };
+        map.optical_radius(mapping::node(index, self.resolution[0]))
     }
 
     /// Whether a table can be baked so.
@@ -78,8 +83,11 @@ impl ScatteringOptions {
             ));
         }
         check_shape(self.resolution, self.optical_radius)?;
-        if self.events == 0 {
-            return Err(Error::input("scattering events 0", "expected at least one"));
+        if !(REMAINDERS[0]..=REMAINDERS[1]).contains(&self.remainder) {
+            return Err(Error::input(
+                format!("scattering remainder {}", self.remainder),
+                format!("expected a share between {} and {}", REMAINDERS[0], REMAINDERS[1]),
+            ));
         }
         Ok(())
     }
@@ -121,6 +129,7 @@ pub struct ScatteringTable {
     values: Vec<f16>,
     report: ScatteringReport,
     map: ViewSunMap,
+    terminator: Terminator,
 }
 
 impl ScatteringTable {
@@ -148,7 +157,7 @@ impl ScatteringTable {
         report: ScatteringReport,
     ) -> Result<Self> {
         phase.check()?;
-        let shape = ScatteringOptions { resolution, optical_radius, events: 1 };
+        let shape = ScatteringOptions { resolution, optical_radius, remainder: REMAINDERS[1] };
         shape.check(albedo)?;
         let place = || format!("scattering table of {phase}");
         if values.len() != shape.entries() * CHANNELS {
@@ -171,7 +180,8 @@ impl ScatteringTable {
             }
         }
         let map = ViewSunMap::for_phase(&phase);
-        Ok(Self { phase, albedo, resolution, optical_radius, values, report, map })
+        let terminator = Terminator::for_phase(&phase);
+        Ok(Self { phase, albedo, resolution, optical_radius, values, report, map, terminator })
     }
 
     /// Phase function of the table.
@@ -184,7 +194,7 @@ impl ScatteringTable {
         self.albedo
     }
 
-    /// Nodes: optical radius, cosine of incidence, azimuth, view-sun angle.
+    /// Nodes: optical radius, incidence, azimuth, view-sun angle.
     pub fn resolution(&self) -> [usize; 4] {
         self.resolution
     }

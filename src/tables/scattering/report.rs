@@ -1,5 +1,6 @@
 //! What a bake says about its own accuracy.
 
+use super::bake::Convergence;
 use serde::{Deserialize, Serialize};
 
 /// Figures of a bake.
@@ -16,29 +17,24 @@ pub struct ScatteringReport {
 pub struct RadiusReport {
     /// Extinction times radius.
     pub optical_radius: f64,
-    /// Photons traced.
-    pub photons: u64,
-    /// Mean number of scatterings of a photon that enters.
-    pub mean_orders: f64,
-    /// Share of all scatterings beyond the 64th; they are in the table like all others.
-    pub beyond_64: f64,
+    /// Steps of the iteration over scattering orders.
+    pub steps: usize,
+    /// Change by the last step, as a share of the mean light at each place, root mean square.
+    pub residual: f64,
     /// Light out over light in before each chord was scaled to conserve energy, albedo 1 only:
-    /// least and greatest over the chords.
+    /// least and greatest over the chords up to an impact parameter of 0.95.
     pub conservation: Option<[f64; 2]>,
 }
 
 impl RadiusReport {
-    /// From the weights by order and the factors that conserve energy.
-    pub fn new(optical_radius: f64, by_order: &[f64], photons: u64, scales: &[f64]) -> Self {
-        let total: f64 = by_order.iter().sum();
-        let last = by_order.last().copied().unwrap_or(0.0);
+    /// From the iteration and the factors that conserve energy.
+    pub(super) fn new(optical_radius: f64, convergence: &Convergence, scales: &[f64]) -> Self {
         let fold =
             |start: f64, f: fn(f64, f64) -> f64| scales.iter().map(|s| 1.0 / s).fold(start, f);
         Self {
             optical_radius,
-            photons,
-            mean_orders: total / photons.max(1) as f64,
-            beyond_64: if total > 0.0 { last / total } else { 0.0 },
+            steps: convergence.steps,
+            residual: convergence.residual,
             conservation: (!scales.is_empty())
                 .then(|| [fold(f64::INFINITY, f64::min), fold(0.0, f64::max)]),
         }

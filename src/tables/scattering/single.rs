@@ -10,6 +10,11 @@ use super::mapping::Geometry;
 const PANELS: usize = 10;
 const POINTS: usize = 8;
 
+/// The same for the many flights inside the solver, which need three digits.
+const FEW_PANELS: usize = 3;
+const FEW_POINTS: usize = 4;
+
+static FEW_RULE: LazyLock<GaussRule> = LazyLock::new(|| GaussRule::new(FEW_POINTS));
 static RULE: LazyLock<GaussRule> = LazyLock::new(|| GaussRule::new(POINTS));
 
 /// `1 - exp(-tau)` with all its digits.
@@ -33,47 +38,116 @@ pub fn effective_sun_path(geometry: &Geometry, optical_radius: f64) -> f64 {
 /// Means of the sun's opacity and of its transmittance over the chord, weighted with the view's
 /// transmittance. They add up to 1; each keeps its digits where it is small.
 fn mean_sun_light(geometry: &Geometry, optical_radius: f64) -> (f64, f64) {
-    let chord = 2.0 * geometry.incidence;
     let (entry, dir, sun) = geometry.ray();
-    let (height, climb) = (entry.dot(sun), dir.dot(sun));
-    let path = |t: f64| {
-        let along = height + t * climb;
-        // 1 - |x|^2 on the chord is t (chord - t).
-        let inside = (t * (chord - t)).max(0.0);
+    let flight = Flight {
+        length: 2.0 * geometry.incidence,
+        height: entry.dot(sun),
+        climb: dir.dot(sun),
+        // A chord begins on the surface.
+        depth: 0.0,
+        outward: -geometry.incidence,
+    };
+    flight.mean_sun_light(optical_radius)
+}
+
+/// A straight line from a place in the sphere to its surface.
+struct Flight {
+    length: f64,
+    /// Of the place over the plane through the centre that faces the sun.
+    height: f64,
+    /// Cosine between line and sun.
+    climb: f64,
+    /// 1 minus the square of the place's distance from the centre.
+    depth: f64,
+    /// Place times direction.
+    outward: f64,
+}
+
+impl Flight {
+    /// Length of the sun's way to the point at `t`.
+    fn sun_path(&self, t: f64) -> f64 {
+        let along = self.height + t * self.climb;
+        // 1 - |x|^2 falls to 0 at the end of the line.
+        let inside = (self.depth - t * (2.0 * self.outward + t)).max(0.0);
         // Rationalised where the difference would cancel.
         let root = (along * along + inside).sqrt();
         if along > 0.0 { inside / (root + along).max(f64::MIN_POSITIVE) } else { root - along }
-    };
-    if chord <= 0.0 {
-        let dark = opacity(optical_radius * path(0.0));
-        return (dark, 1.0 - dark);
     }
-    // Panels crowd at both ends, where the path has square-root ends and the view is clear.
-    let half = 0.5 * chord;
-    let scale = (optical_radius * half).max(1.0);
-    let stretch = (scale * 4.0).asinh();
-    let place = |k: usize| half * (stretch * k as f64 / PANELS as f64).sinh() / stretch.sinh();
-    let mut dark = 0.0;
-    let mut bright = 0.0;
-    for k in 0..PANELS {
-        let (near, far) = (place(k), place(k + 1));
-        for flip in [false, true] {
-            for &(u, w) in &RULE.points {
-                // Squares at the ends take the square root out of the first panel.
-                let (a, b) = (near.sqrt(), far.sqrt());
+
+    fn mean_sun_light(&self, optical_radius: f64) -> (f64, f64) {
+        if self.length <= 0.0 {
+            let dark = opacity(optical_radius * self.sun_path(0.0));
+            return (dark, 1.0 - dark);
+        }
+        let (mut dark, mut bright) = (0.0, 0.0);
+        self.along(optical_radius, PANELS, &RULE, |t, measure| {
+            let sun_depth = optical_radius * self.sun_path(t);
+            let view_depth = optical_radius * t;
+            dark += measure * (-view_depth).exp() * opacity(sun_depth);
+            bright += measure * (-view_depth - sun_depth).exp();
+        });
+        let view = opacity(optical_radius * self.length) / optical_radius;
+        (dark / view, bright / view)
+    }
+
+    /// The second of [`Self::mean_sun_light`] with fewer points.
+    fn mean_transmittance(&self, optical_radius: f64) -> f64 {
+        if self.length <= 0.0 {
+            return (-optical_radius * self.sun_path(0.0)).exp();
+        }
+        let mut bright = 0.0;
+        self.along(optical_radius, FEW_PANELS, &FEW_RULE, |t, measure| {
+            bright += measure * (-optical_radius * (t + self.sun_path(t))).exp();
+        });
+        bright * optical_radius / opacity(optical_radius * self.length)
+    }
+
+    /// Quadrature along the line: `f` gets places and measures.
+    fn along(
+        &self,
+        optical_radius: f64,
+        panels: usize,
+        rule: &GaussRule,
+        mut f: impl FnMut(f64, f64),
+    ) {
+        // Panels crowd at both ends, where the path has square-root ends and the view is clear.
+        let half = 0.5 * self.length;
+        let stretch = ((optical_radius * half).max(1.0) * 4.0).asinh();
+        let scale = half / stretch.sinh();
+        // Squares at the ends take the square root out of the first panel.
+        let place = |k: usize| (scale * (stretch * k as f64 / panels as f64).sinh()).sqrt();
+        let mut a = 0.0;
+        for k in 1..=panels {
+            let b = place(k);
+            for &(u, w) in &rule.points {
                 let root = a + (b - a) * u;
-                let from_end = root * root;
-                let t = if flip { chord - from_end } else { from_end };
                 let measure = w * (b - a) * 2.0 * root;
-                let sun_depth = optical_radius * path(t);
-                let view_depth = optical_radius * t;
-                dark += measure * (-view_depth).exp() * opacity(sun_depth);
-                bright += measure * (-view_depth - sun_depth).exp();
+                f(root * root, measure);
+                f(self.length - root * root, measure);
             }
+            a = b;
         }
     }
-    let view = opacity(optical_radius * chord) / optical_radius;
-    (dark / view, bright / view)
+}
+
+/// Source of order 1 without phase function and albedo for the line from a place within the
+/// sphere, given by its distance from the centre and its angle from the sun axis, in a direction
+/// given by its angle from the sun and its azimuth relative to the place's.
+pub fn source_from_within(
+    radius: f64,
+    zenith: f64,
+    view_sun: f64,
+    azimuth: f64,
+    optical_radius: f64,
+) -> f64 {
+    let outward =
+        radius * (zenith.sin() * view_sun.sin() * azimuth.cos() + zenith.cos() * view_sun.cos());
+    let depth = ((1.0 - radius) * (1.0 + radius)).max(0.0);
+    let root = (outward * outward + depth).sqrt();
+    let length = if outward > 0.0 { depth / (root + outward) } else { root - outward };
+    let flight =
+        Flight { length, height: radius * zenith.cos(), climb: view_sun.cos(), depth, outward };
+    flight.mean_transmittance(optical_radius)
 }
 
 /// Single-scattered source without phase function and albedo.

@@ -4,7 +4,8 @@
 //! the proportions of the source; with albedo 1 nothing is lost, so the source integrates to 1
 //! over all sun directions.
 
-use super::super::CHANNELS;
+use std::f64::consts::PI;
+
 use super::super::mapping::{ViewSunMap, azimuth_angle, azimuth_coordinate, node};
 use super::super::single::opacity;
 use super::GaussRule;
@@ -13,19 +14,29 @@ use crate::medium::Phase;
 /// Points of the rule in each cell of the table.
 const POINTS: usize = 4;
 
-/// One place of the rule on an axis: the node below, the share of the next one, and the measure.
-struct Place {
-    index: usize,
-    share: f64,
+/// One place of the rule on an axis.
+pub struct Place {
+    /// The angle, rad.
+    pub angle: f64,
+    /// Node below.
+    pub index: usize,
+    /// Share of the next node.
+    pub share: f64,
     measure: f64,
     phase: f64,
 }
 
+/// Points along a chord, and azimuths of the exact integral of order 1.
+const CHORD_POINTS: usize = 16;
+const AZIMUTHS: usize = 16;
+
 /// Quadrature over the sun's directions as the table interpolates them.
 pub struct Furnace {
+    /// Cosines of scattering angles with their shares of the scattered light.
+    angles: Vec<(f64, f64)>,
+    chord: GaussRule,
     views: Vec<Place>,
     azimuths: Vec<Place>,
-    stride: usize,
 }
 
 impl Furnace {
@@ -34,7 +45,20 @@ impl Furnace {
         let [_, _, azimuths, views] = resolution;
         let rule = GaussRule::new(POINTS);
         let prepared = phase.prepare();
+        let cells = 2 * views;
+        let mut angles = Vec::with_capacity(cells * POINTS);
+        for cell in 0..cells {
+            let edge = |k: usize| map.angle(k as f64 / cells as f64);
+            let (from, to) = (edge(cell), edge(cell + 1));
+            for &(u, w) in &rule.points {
+                let angle = from + (to - from) * u;
+                let share = 2.0 * PI * prepared.eval(angle.cos()) * angle.sin() * w * (to - from);
+                angles.push((angle.cos(), share));
+            }
+        }
         Self {
+            angles,
+            chord: GaussRule::new(CHORD_POINTS),
             views: places(
                 &rule,
                 views,
@@ -50,37 +74,52 @@ impl Furnace {
                 |a| azimuth_coordinate(a.cos()),
                 |_| (2.0, 1.0),
             ),
-            stride: views,
         }
     }
 
-    /// Integrals over the sun's directions of order 1 and of the higher orders, albedo 1. `rows`
-    /// are the table's values of one optical radius and incidence.
-    pub fn integrals(&self, rows: &[f64], optical_radius: f64) -> (f64, f64) {
-        let opaque = opacity(optical_radius);
-        let (mut single, mut multiple) = (0.0, 0.0);
+    /// Integrals over the sun's directions of order 1 and of the higher orders for one chord, whose
+    /// two sources are told for an azimuth and a view-sun angle.
+    pub fn integrals(&self, sources: impl Fn(&Place, &Place) -> [f64; 2]) -> [f64; 2] {
+        let mut sums = [0.0; 2];
         for a in &self.azimuths {
             for v in &self.views {
-                let value = |channel: usize| {
-                    let at = |j: usize, k: usize| rows[(j * self.stride + k) * CHANNELS + channel];
-                    let low =
-                        (1.0 - v.share) * at(a.index, v.index) + v.share * at(a.index, v.index + 1);
-                    let high = (1.0 - v.share) * at(a.index + 1, v.index)
-                        + v.share * at(a.index + 1, v.index + 1);
-                    (1.0 - a.share) * low + a.share * high
-                };
+                let [single, multiple] = sources(a, v);
                 let measure = a.measure * v.measure;
-                single += measure * v.phase * (-optical_radius * value(0)).exp();
-                multiple += measure * opaque * value(1).exp();
+                sums[0] += measure * v.phase * single;
+                sums[1] += measure * multiple;
             }
         }
-        (single, multiple)
+        sums
     }
 
-    /// Factor on the higher orders that makes the furnace exact.
-    pub fn scale(&self, rows: &[f64], optical_radius: f64) -> f64 {
-        let (single, multiple) = self.integrals(rows, optical_radius);
-        (1.0 - single).max(0.0) / multiple
+    /// Exact integral over the sun's directions of order 1, albedo 1: the share of light that
+    /// leaves the sphere after its first scattering.
+    pub fn single(&self, incidence: f64, optical_radius: f64) -> f64 {
+        let chord = 2.0 * incidence;
+        let opaque = opacity(optical_radius * chord);
+        let of_place = |u: f64| {
+            let t = if opaque > 0.0 { -(-u * opaque).ln_1p() / optical_radius } else { 0.0 };
+            // The place along and across the view, from the middle of the chord.
+            let along = t - incidence;
+            let across = (1.0 - incidence * incidence).max(0.0).sqrt();
+            let inside = (t * (chord - t)).max(0.0);
+            let mut escaped = 0.0;
+            for &(cosine, share) in &self.angles {
+                let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+                let mean: f64 = (0..AZIMUTHS)
+                    .map(|k| {
+                        // Midpoints of half the circle; the other half mirrors it.
+                        let azimuth = PI * (k as f64 + 0.5) / AZIMUTHS as f64;
+                        let outward = along * cosine + across * sine * azimuth.cos();
+                        let root = (outward * outward + inside).sqrt();
+                        (-optical_radius * (root - outward)).exp()
+                    })
+                    .sum();
+                escaped += share * mean / AZIMUTHS as f64;
+            }
+            escaped
+        };
+        self.chord.integrate(0.0, 1.0, of_place)
     }
 }
 
@@ -98,7 +137,8 @@ fn places(
             let a = from + (to - from) * u;
             let share = (coordinate(a) * (count - 1) as f64 - cell as f64).clamp(0.0, 1.0);
             let (measure, phase) = density(a);
-            out.push(Place { index: cell, share, measure: measure * w * (to - from), phase });
+            let measure = measure * w * (to - from);
+            out.push(Place { angle: a, index: cell, share, measure, phase });
         }
     }
     out

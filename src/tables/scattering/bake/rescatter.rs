@@ -1,84 +1,118 @@
-//! One more scattering: from light collected on the direction grid to light scattered towards the
-//! table's view directions.
+//! One scattering: from light that arrives on the direction grid to light scattered towards view
+//! directions.
+//!
+//! Between its nodes the light is a shape times a cubic in the graded angle from the sun and a
+//! cosine series in azimuth. The phase function is integrated over that, not sampled: a lobe much
+//! narrower than a cell then hands on what it finds there, and no light is smeared over the grid.
 
 use std::f64::consts::PI;
 
+use rayon::prelude::*;
+
 use super::super::mapping::{ViewSunMap, node};
-use crate::medium::Phase;
+use super::GaussRule;
+use super::grid::cubic_basis;
+use super::sweep::fine;
+use crate::medium::{Phase, PreparedPhase};
 
-/// Points of a cell's integration are no further apart than this share of their distance from the
+/// Panels and steps of the integration are no longer than this share of their distance from the
 /// peak of the phase function, or of its width where they are nearer.
-const STEP_SHARE: f64 = 0.3;
-/// Fewest and most points along one side of a cell.
-const POINTS: [usize; 2] = [3, 160];
+const STEP_SHARE: f64 = 0.5;
+/// Points in each panel of the angle from the sun.
+const PANEL_POINTS: usize = 4;
+/// Fewest steps around the circle of azimuths; the rule is exact for series of half as many terms.
+const LEAST_TURNS: usize = 48;
+/// Most steps: enough for the narrowest lobe of any accepted phase function that matters.
+const MOST_TURNS: usize = 4096;
 
-/// Angular shape of the collected light within a cell: cells are wider than the lobes far from
-/// the sun, so flat cells would smear them.
-pub struct Shape<'a>(pub &'a (dyn Fn(f64) -> f64 + Sync));
+/// Angular shape of the arriving light: what varies quickly in it and is known.
+pub type Shape<'a> = &'a (dyn Fn(f64) -> f64 + Sync);
 
-/// Mean of the phase function between the table's view angles and the cells of the grid, as a
-/// cosine series in azimuth.
+/// The scattering matrix of one phase function, as a cosine series in azimuth.
 pub struct Rescatter {
     views: usize,
     angles: usize,
     azimuths: usize,
     /// By view angle, mode, grid angle.
     modes: Vec<f64>,
-    /// By mode and azimuth node: cosine series of the grid's azimuths.
-    cosines: Vec<f64>,
+    /// Cosine transform of the grid's azimuths: by mode and node, with the weights of the rule.
+    analysis: Vec<f64>,
+    /// Cosines at the fine azimuths, by mode and node.
+    synthesis: Vec<f64>,
 }
 
 impl Rescatter {
-    /// For `views` view-sun nodes of the table and a direction grid of `angles` by `azimuths`.
+    /// Towards directions at the angles `views` from the sun, from a direction grid of `angles` by `azimuths` nodes, for
+    /// light of the given shape. The values that [`Self::add`] takes are light divided by shape.
     pub fn new(
         phase: &Phase,
         map: &ViewSunMap,
-        views: usize,
-        angles: usize,
-        azimuths: usize,
-        shape: &Shape<'_>,
+        views: &[f64],
+        [angles, azimuths]: [usize; 2],
+        shape: Shape<'_>,
     ) -> Self {
-        let kernel =
-            Kernel { phase: phase.prepare(), width: phase.peak_angle(), map, angles, azimuths };
+        let kernel = Kernel {
+            phase: phase.prepare(),
+            width: phase.peak_angle(),
+            map,
+            nodes: (0..angles).map(|k| map.angle(node(k, angles))).collect(),
+            rule: GaussRule::new(PANEL_POINTS),
+            azimuths,
+        };
+        let rows: Vec<Vec<f64>> = views.par_iter().map(|view| kernel.row(*view, shape)).collect();
         let last = azimuths - 1;
-        let cosines: Vec<f64> = (0..azimuths * azimuths)
-            .map(|i| (PI * ((i / azimuths) * (i % azimuths)) as f64 / last as f64).cos())
-            .collect();
-        use rayon::prelude::*;
-        let rows: Vec<Vec<f64>> = (0..views)
-            .into_par_iter()
-            .map(|view| {
-                let angle = map.angle(node(view, views));
-                let mut row = vec![0.0; azimuths * angles];
-                for cell in 0..angles {
-                    let means: Vec<f64> = (0..azimuths)
-                        .map(|turn| kernel.cell_mean(angle, cell, turn, shape))
-                        .collect();
-                    for mode in 0..azimuths {
-                        row[mode * angles + cell] = (0..azimuths)
-                            .map(|turn| {
-                                let twice = if turn == 0 || turn == last { 1.0 } else { 2.0 };
-                                twice * means[turn] * cosines[mode * azimuths + turn]
-                            })
-                            .sum();
-                    }
-                }
-                row
+        let cosine =
+            |mode: usize, k: usize, steps: usize| (PI * (mode * k) as f64 / steps as f64).cos();
+        let half_ends = |k: usize| if k == 0 || k == last { 0.5 } else { 1.0 };
+        let analysis = (0..azimuths * azimuths)
+            .map(|i| {
+                let (mode, k) = (i / azimuths, i % azimuths);
+                2.0 / last as f64 * half_ends(mode) * half_ends(k) * cosine(mode, k, last)
             })
             .collect();
-        Self { views, angles, azimuths, modes: rows.concat(), cosines }
+        let turns = fine(azimuths);
+        let synthesis =
+            (0..azimuths * turns).map(|i| cosine(i / turns, i % turns, turns - 1)).collect();
+        Self { views: views.len(), angles, azimuths, modes: rows.concat(), analysis, synthesis }
     }
 
-    /// Adds to `out` (by view angle and azimuth) what the weights of the cells (by grid angle and
-    /// azimuth) scatter there.
-    pub fn add(&self, weights: &[f64], out: &mut [f64]) {
-        let (n, last) = (self.azimuths, self.azimuths - 1);
+    /// Makes the matrix scatter exactly all light, for one whose views are the grid's own angles
+    /// and whose shape is 1: what the integration lost or gained goes straight on. `rings` are the
+    /// solid angles of the grid's rings of one angle.
+    pub fn conserve(&mut self, rings: &[f64]) {
+        let stride = self.azimuths * self.angles;
+        for cell in 1..self.angles {
+            let scattered: f64 = rings
+                .iter()
+                .enumerate()
+                .map(|(view, r)| r * self.modes[view * stride + cell])
+                .sum();
+            let lost = 1.0 - scattered / rings[cell];
+            for mode in 0..self.azimuths {
+                self.modes[cell * stride + mode * self.angles + cell] += lost;
+            }
+        }
+    }
+
+    /// View angles times azimuths of the result, which are twice as fine as the grid's: the
+    /// series is known everywhere.
+    pub fn outputs(&self) -> usize {
+        self.views * fine(self.azimuths)
+    }
+
+    /// Adds to `out` (by view angle and fine azimuth) what light divided by shape (by grid angle
+    /// and azimuth) scatters there.
+    pub fn add(&self, light: &[f32], out: &mut [f32], albedo: f64) {
+        let n = self.azimuths;
+        let turns = fine(n);
         let mut series = vec![0.0; n * self.angles];
-        for (cell, of_cell) in weights.chunks_exact(n).enumerate() {
-            // Weights of inner azimuths stand for both halves of the circle already.
+        for (cell, of_cell) in light.chunks_exact(n).enumerate() {
             for mode in 0..n {
-                series[mode * self.angles + cell] =
-                    of_cell.iter().zip(&self.cosines[mode * n..]).map(|(w, c)| w * c).sum();
+                series[mode * self.angles + cell] = of_cell
+                    .iter()
+                    .zip(&self.analysis[mode * n..])
+                    .map(|(l, a)| f64::from(*l) * a)
+                    .sum();
             }
         }
         for view in 0..self.views {
@@ -86,10 +120,10 @@ impl Rescatter {
                 let row = &self.modes[(view * n + mode) * self.angles..][..self.angles];
                 let product: f64 =
                     row.iter().zip(&series[mode * self.angles..]).map(|(a, b)| a * b).sum();
-                let twice = if mode == 0 || mode == last { 1.0 } else { 2.0 };
-                let value = twice * product / (2 * last) as f64;
-                for (o, c) in out[view * n..][..n].iter_mut().zip(&self.cosines[mode * n..]) {
-                    *o += value * c;
+                let value = albedo * product;
+                let cosines = &self.synthesis[mode * turns..][..turns];
+                for (o, c) in out[view * turns..][..turns].iter_mut().zip(cosines) {
+                    *o += (value * c) as f32;
                 }
             }
         }
@@ -97,117 +131,156 @@ impl Rescatter {
 }
 
 struct Kernel<'a> {
-    phase: crate::medium::PreparedPhase,
+    phase: PreparedPhase,
     width: f64,
     map: &'a ViewSunMap,
-    angles: usize,
+    nodes: Vec<f64>,
+    rule: GaussRule,
     azimuths: usize,
 }
 
 impl Kernel<'_> {
-    /// Mean of the phase function between a direction at `angle` from the sun and the cell around
-    /// a grid node `turn` azimuth steps away, over the cell's hats times the shape.
-    fn cell_mean(&self, angle: f64, cell: usize, turn: usize, shape: &Shape<'_>) -> f64 {
-        let step = PI / (self.azimuths - 1) as f64;
-        let at = |index: f64| self.map.angle((index / (self.angles - 1) as f64).clamp(0.0, 1.0));
-        let mut sum = 0.0;
-        let mut norm = 0.0;
-        for side in [-1.0, 1.0] {
-            let outer = cell as f64 + side;
-            if outer < 0.0 || outer > (self.angles - 1) as f64 {
-                continue;
-            }
-            let (from, to) = (at(cell as f64), at(outer));
-            let (low, high) = (from.min(to), from.max(to));
-            // The table's angles are uneven in the cell: place the hats by the coordinate.
-            for half in [-1.0, 1.0] {
-                let centre = (turn as f64 + 0.5 * half) * step;
-                let near = nearest(angle, low, high, centre, 0.5 * step).max(self.width);
-                let wide = |length: f64| {
-                    ((length / (STEP_SHARE * near)).ceil() as usize).clamp(POINTS[0], POINTS[1])
-                };
-                let rows = wide(high - low);
-                let columns = wide(step * low.sin().max(high.sin()));
-                for i in 0..rows {
-                    let share = (i as f64 + 0.5) / rows as f64;
-                    let theta = low + (high - low) * share;
-                    let index = self.map.coordinate((0.5 * theta).sin()) * (self.angles - 1) as f64;
-                    let hat = (1.0 - (index - cell as f64).abs()).max(0.0);
-                    let measure = hat * theta.sin() * (high - low) / rows as f64 * (shape.0)(theta);
-                    for j in 0..columns {
-                        let away = (j as f64 + 0.5) / columns as f64;
-                        let azimuth = (turn as f64 + half * away) * step;
-                        let weight = measure * (1.0 - away) / columns as f64;
-                        sum += weight * self.phase.eval(cosine_between(angle, theta, azimuth));
-                        norm += weight;
+    /// Matrix row of one view angle: by mode and grid angle.
+    fn row(&self, view: f64, shape: Shape<'_>) -> Vec<f64> {
+        let angles = self.nodes.len();
+        let mut row = vec![0.0; self.azimuths * angles];
+        let mut ring = vec![0.0; self.azimuths];
+        for cell in 0..angles - 1 {
+            let mut panels = vec![(self.nodes[cell], self.nodes[cell + 1])];
+            while let Some((from, to)) = panels.pop() {
+                let away = (from - view).max(view - to).max(self.width);
+                if to - from > STEP_SHARE * away {
+                    let middle = 0.5 * (from + to);
+                    panels.extend([(from, middle), (middle, to)]);
+                    continue;
+                }
+                for &(u, w) in &self.rule.points {
+                    let angle = from + (to - from) * u;
+                    self.ring(view, angle, &mut ring);
+                    let index = self.map.coordinate((0.5 * angle).sin()) * (angles - 1) as f64;
+                    let measure = w * (to - from) * angle.sin() * shape(angle);
+                    let (first, basis) = cubic_basis(index, angles);
+                    for (k, b) in basis.into_iter().enumerate() {
+                        for (mode, r) in ring.iter().enumerate() {
+                            row[mode * angles + first + k] += measure * b * r;
+                        }
                     }
                 }
             }
         }
-        if norm > 0.0 {
-            sum / norm
-        } else {
-            self.phase.eval(cosine_between(angle, at(cell as f64), turn as f64 * step))
+        row
+    }
+
+    /// Integrals over the circle at `angle` of the phase function seen from `view` times the
+    /// cosine of each mode.
+    fn ring(&self, view: f64, angle: f64, out: &mut [f64]) {
+        out.fill(0.0);
+        let sines = (view.sin() * angle.sin()).max(0.0);
+        let near = (view - angle).abs().max(self.width);
+        let wanted = (PI * sines.sqrt() / (STEP_SHARE * near)) as usize;
+        let turns = wanted.clamp(LEAST_TURNS, MOST_TURNS);
+        // Midpoints of half the circle; the other half mirrors it.
+        let measure = 2.0 * PI / turns as f64;
+        for k in 0..turns {
+            let azimuth = PI * (k as f64 + 0.5) / turns as f64;
+            let value = measure * self.phase.eval(cosine_between(view, angle, azimuth));
+            let step = azimuth.cos();
+            let (mut before, mut cosine) = (step, 1.0);
+            for o in out.iter_mut() {
+                *o += value * cosine;
+                (before, cosine) = (cosine, 2.0 * step * cosine - before);
+            }
         }
     }
 }
 
 /// Cosine of the angle between directions at these angles from the axis, an azimuth apart; written
 /// as 1 - 2 sin^2 to keep the digits of small angles.
-pub fn cosine_between(a: f64, b: f64, azimuth: f64) -> f64 {
+fn cosine_between(a: f64, b: f64, azimuth: f64) -> f64 {
     let polar = (0.5 * (a - b)).sin();
     let turn = (0.5 * azimuth).sin();
     1.0 - 2.0 * (polar * polar + a.sin() * b.sin() * turn * turn)
-}
-
-/// About the least angle between a direction and a cell of the grid.
-fn nearest(angle: f64, low: f64, high: f64, centre: f64, half_width: f64) -> f64 {
-    let theta = angle.clamp(low, high);
-    let wrapped = (centre + PI).rem_euclid(2.0 * PI) - PI;
-    let azimuth = (wrapped.abs() - half_width).max(0.0);
-    cosine_between(angle, theta, azimuth).clamp(-1.0, 1.0).acos()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn nodes(map: &ViewSunMap, count: usize) -> Vec<f64> {
+        (0..count).map(|k| map.angle(node(k, count))).collect()
+    }
+
+    fn phases() -> Vec<Phase> {
+        ["hg:0", "hg:0.85", "mie:20um"].iter().map(|t| t.parse().expect(t)).collect()
+    }
+
     #[test]
     fn uniform_light_stays_uniform() {
-        // Light 1 from everywhere: the weight of a cell is its solid angle.
-        for name in ["hg:0", "hg:0.85", "mie:20um"] {
-            let phase: Phase = name.parse().expect(name);
+        for phase in phases() {
             let map = ViewSunMap::for_phase(&phase);
-            let (views, angles, azimuths) = (12, 32, 10);
-            let shape = Shape(&|_| 1.0);
-            let rescatter = Rescatter::new(&phase, &map, views, angles, azimuths, &shape);
-            let rule = crate::tables::scattering::bake::GaussRule::new(8);
-            let hats =
-                crate::tables::scattering::bake::grid::hat_integrals(angles, &rule, |index| {
-                    let (a, e) = (index / (angles - 1) as f64, 1e-6);
-                    let (low, high) = ((a - e).max(0.0), (a + e).min(1.0));
-                    let slope =
-                        (map.angle(high) - map.angle(low)) / (high - low) / (angles - 1) as f64;
-                    map.angle(a).sin() * slope
-                });
-            let weights: Vec<f64> = (0..angles * azimuths)
+            let rescatter = Rescatter::new(&phase, &map, &nodes(&map, 12), [40, 9], &|_| 1.0);
+            let mut out = vec![0.0; rescatter.outputs()];
+            rescatter.add(&[1.0; 40 * 9], &mut out, 1.0);
+            for (i, o) in out.iter().enumerate() {
+                // Four points a panel of half the peak's width, and f32.
+                assert!((o - 1.0).abs() < 2e-3, "{phase} {i}: {o}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_harmonic_is_scaled_by_its_moment() {
+        // Light P1(cos) and P1 turned by a right angle: eigenfunctions with the mean cosine.
+        for phase in phases() {
+            let map = ViewSunMap::for_phase(&phase);
+            let (views, angles, azimuths) = (14, 44, 9);
+            let rescatter =
+                Rescatter::new(&phase, &map, &nodes(&map, views), [angles, azimuths], &|_| 1.0);
+            let harmonic = |angle: f64, azimuth: f64| angle.cos() + angle.sin() * azimuth.cos();
+            let light: Vec<f32> = (0..angles * azimuths)
                 .map(|i| {
-                    let k = i % azimuths;
-                    let ends = if k == 0 || k == azimuths - 1 { 0.5 } else { 1.0 };
-                    hats[i / azimuths] * ends * 2.0 * PI / (azimuths - 1) as f64
+                    let azimuth = PI * (i % azimuths) as f64 / (azimuths - 1) as f64;
+                    harmonic(map.angle(node(i / azimuths, angles)), azimuth) as f32
                 })
                 .collect();
-            let mut out = vec![0.0; views * azimuths];
-            rescatter.add(&weights, &mut out);
+            let mut out = vec![0.0; rescatter.outputs()];
+            rescatter.add(&light, &mut out, 1.0);
+            let turns = fine(azimuths);
             for (i, o) in out.iter().enumerate() {
-                // The rule's steps of a third of the peak's width leave half a per cent.
-                assert!(
-                    (o - 1.0).abs() < 5e-3,
-                    "{name} view {} azimuth {}: {o}",
-                    i / azimuths,
-                    i % azimuths
-                );
+                let azimuth = PI * (i % turns) as f64 / (turns - 1) as f64;
+                let want =
+                    phase.mean_cosine() * harmonic(map.angle(node(i / turns, views)), azimuth);
+                // The cubic between the nodes adds to what the uniform test allows.
+                assert!((f64::from(*o) - want).abs() < 3e-3, "{phase} {i}: {o} {want}");
             }
+        }
+    }
+
+    #[test]
+    fn conserving_matrix_keeps_all_light() {
+        let phase = Phase::hg(0.9).expect("in range");
+        let map = ViewSunMap::for_phase(&phase);
+        let (angles, azimuths) = (24, 7);
+        let size = crate::tables::scattering::bake::FieldSize {
+            radius: 4,
+            zenith: 5,
+            view_sun: angles,
+            azimuth: azimuths,
+        };
+        let grid = crate::tables::scattering::bake::grid::FieldGrid::new(size, map, 1.0);
+        let rings = grid.ring_measures();
+        let mut rescatter =
+            Rescatter::new(&phase, &map, &nodes(&map, angles), [angles, azimuths], &|_| 1.0);
+        rescatter.conserve(&rings);
+        for cell in 1..angles {
+            let mut light = vec![0.0; angles * azimuths];
+            light[cell * azimuths..][..azimuths].fill(1.0);
+            let mut out = vec![0.0; rescatter.outputs()];
+            rescatter.add(&light, &mut out, 1.0);
+            let turns = fine(azimuths);
+            let total: f64 =
+                rings.iter().enumerate().map(|(v, r)| r * f64::from(out[v * turns])).sum();
+            assert!((total / rings[cell] - 1.0).abs() < 1e-4, "{cell} {total} {}", rings[cell]);
         }
     }
 }

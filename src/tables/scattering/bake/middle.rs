@@ -1,0 +1,60 @@
+//! Values for linear interpolation: the least squares in place of the function at the nodes.
+//!
+//! Between nodes a curved function lies to one side of the chord. Moving each node by a twelfth of
+//! the second difference puts the error's mean over each cell to zero and its root mean square to
+//! 40 % of what it was: 1/sqrt(120) of the curvature becomes sqrt(1/120 - 1/144).
+
+use super::super::CHANNELS;
+
+/// Share of the second difference.
+const SHARE: f64 = 1.0 / 12.0;
+
+/// Moves the values of a table along the named axes, in layout order with all channels.
+pub fn between_chords(values: &mut [f64], resolution: [usize; 4], axes: &[usize]) {
+    let original = values.to_vec();
+    for &axis in axes {
+        let count = resolution[axis];
+        if count < 3 {
+            continue;
+        }
+        let stride = resolution[axis + 1..].iter().product::<usize>() * CHANNELS;
+        for (at, value) in values.iter_mut().enumerate() {
+            let index = at / stride % count;
+            // At the ends the curvature of the next cell goes on.
+            let middle = at - index * stride + index.clamp(1, count - 2) * stride;
+            let bend =
+                original[middle - stride] - 2.0 * original[middle] + original[middle + stride];
+            *value -= SHARE * bend;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parabolas_are_met_in_the_mean() {
+        let (count, f) = (5usize, |x: f64| 3.0 + 0.5 * x - 0.2 * x * x);
+        let mut values: Vec<f64> =
+            (0..count).flat_map(|i| [f(i as f64), 2.0 * f(i as f64)]).collect();
+        between_chords(&mut values, [1, count, 1, 1], &[1]);
+        for cell in 0..count - 1 {
+            let mean = 0.5 * (values[2 * cell] + values[2 * cell + 2]);
+            let (a, b) = (cell as f64, cell as f64 + 1.0);
+            let integral = |x: f64| 3.0 * x + 0.25 * x * x - 0.2 * x.powi(3) / 3.0;
+            assert!((mean - (integral(b) - integral(a))).abs() < 1e-12);
+            assert!((values[2 * cell + 1] - 2.0 * values[2 * cell]).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn straight_lines_stay() {
+        let mut values: Vec<f64> = (0..24).map(f64::from).collect();
+        let before = values.clone();
+        between_chords(&mut values, [2, 3, 2, 1], &[0, 1, 2]);
+        for (v, b) in values.iter().zip(before) {
+            assert!((v - b).abs() < 1e-12);
+        }
+    }
+}
