@@ -65,7 +65,7 @@ pub struct Report {
     pub hdr_flip: Option<f64>,
     /// Of pictures with standard errors.
     pub z: Option<ZScores>,
-    /// Of the same: how large the standard errors are.
+    /// How large the standard errors of B are, or of A where B has none.
     pub noise: Option<Noise>,
     /// FLIP of every pixel, for the picture of the differences.
     #[serde(skip)]
@@ -149,10 +149,11 @@ pub fn compare(a: &Measured, b: &Measured, how: &Differences) -> Result<Report> 
             of_mean: 3.0 * pixels as f64 * even(mean(&off)) / sum.element_sum().sqrt(),
         }
     });
-    let relative_noise = noise.as_ref().map(|noise| {
+    let known = b.standard_error.as_ref().or(a.standard_error.as_ref());
+    let relative_noise = known.filter(|_| both_radiance).map(|error| {
         let relative = |i: usize| {
             let value = LUMINANCE.dot(light_b[i]).abs().max(f64::MIN_POSITIVE);
-            LUMINANCE.dot(noise[i].powf(0.5)) / value
+            LUMINANCE.dot(error[i]) / value
         };
         let mut all: Vec<f64> = picked().map(relative).collect();
         all.sort_by(f64::total_cmp);
