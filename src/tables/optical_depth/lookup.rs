@@ -120,7 +120,7 @@ mod tests {
         let mut random = Stream::new(1, i);
         let mut number = || random.uniform() as f32;
         let (a, b) = (number(), number());
-        let (start, end) = if i % 4 == 0 { (a, b) } else { (a.min(b), a.max(b)) };
+        let (start, end) = if i.is_multiple_of(4) { (a, b) } else { (a.min(b), a.max(b)) };
         Vec4::new(number(), start, end, 0.0)
     }
 
