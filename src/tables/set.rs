@@ -104,6 +104,8 @@ impl TableSet {
     /// Writes a table file, whole or not at all.
     pub fn save(&self, path: &Path) -> Result<()> {
         let bytes = file::write(self)?;
+        // What cannot be read again is found out now, not when it is needed.
+        file::read(&bytes, &path.display().to_string())?;
         crate::output::sweep(path);
         crate::output::write_atomically(path, |out| out.write_all(&bytes))
     }
