@@ -51,7 +51,10 @@ fn terminator(elevation: f32, optical_radius: f32) -> f32 {
 fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_radius: f32) -> vec2<f32> {
     let p = scattering_params;
     let incidence_cosine = clamp(-dot(entry, dir), 0.0, 1.0);
-    let incidence_sine = sqrt(1.0 - incidence_cosine * incidence_cosine);
+    // The foot of the perpendicular from the centre: for central rays the sine of incidence would
+    // lose half its digits if it came from the cosine.
+    let foot = entry + incidence_cosine * dir;
+    let incidence_sine = min(length(foot), 1.0);
     let incidence = GRAZING_SHARE * (1.0 + GRAZING_SCALE) * incidence_cosine / (incidence_cosine + GRAZING_SCALE)
         + (1.0 - GRAZING_SHARE) * (1.0 - incidence_sine);
     // From the difference: the cosine loses the digits of small angles.
@@ -60,15 +63,13 @@ fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_r
     let half_sine = sqrt(half_sine_squared);
     // From the sum: next to the sun's opposite the root of a difference loses half its digits.
     let half_cosine = min(0.5 * length(dir + sun), 1.0);
-    let cosine = 1.0 - 2.0 * half_sine_squared;
     let scaled = half_sine * p.lobe_inverse;
     let view_sun = log(scaled + sqrt(scaled * scaled + 1.0)) * p.lobe_factor
         + (1.0 + half_sine - half_cosine) * p.even_factor;
 
     let sines = 2.0 * half_sine * half_cosine * incidence_sine;
     let elevation = dot(entry, sun);
-    let along = elevation + incidence_cosine * cosine;
-    let azimuth_cosine = clamp(along / max(sines, DEGENERATE_SINES), -1.0, 1.0);
+    let azimuth_cosine = clamp(dot(foot, sun) / max(sines, DEGENERATE_SINES), -1.0, 1.0);
     let azimuth = 0.5 * (1.0 + sqrt(0.5 - 0.5 * azimuth_cosine) - sqrt(0.5 + 0.5 * azimuth_cosine));
 
     let radius = clamp(optical_radius, p.radius_least, p.radius_greatest);
