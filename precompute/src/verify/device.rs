@@ -90,7 +90,13 @@ pub fn rows(tables: &TableSet, gpu: Option<&Gpu>, effort: &Effort) -> Result<Vec
                     "optical depth" | "transmittance" => depth,
                     _ => depth * source(host).max(source(device)) + DARK,
                 };
-                let tolerance = STEP * values[0].abs() + rounding;
+                // Order 1 is stored as the sunlight's path: a step of that is a step of the light
+                // for each unit of optical depth on the way.
+                let steps = match field {
+                    "order 1" => (-source(host).max(f64::MIN_POSITIVE).ln()).max(1.0),
+                    _ => 1.0,
+                };
+                let tolerance = STEP * steps * values[0].abs() + rounding;
                 worst.add(values, (values[1] - values[0]).abs(), tolerance);
             }
             rows.push(worst.row(format!("device against host: {field}, {name}")));
