@@ -2,11 +2,10 @@
 //! invisible, whatever its optical depth, phase function or overlap. And how fast it is.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use cumuli::medium::{Phase, Shape};
 use cumuli::reference::{
-    Film, Filter, Matter, ParticleGrid, Random, SunDisc, UniformSky, View, WorldParticle,
+    Film, Filter, Matter, ParticleGrid, Random, UniformSky, View, WorldParticle,
 };
 use cumuli::scene::Camera;
 use glam::{DQuat, DVec3};
@@ -60,19 +59,4 @@ fn clouds_vanish_in_a_furnace() {
         let covered = (0..film.pixels.len()).filter(|&i| film.estimates(i)[3].value < 0.5).count();
         assert!(covered > 50, "{shape}: the clump covers {covered} pixels, so it was met");
     }
-}
-
-#[test]
-#[ignore = "measures speed"]
-fn paths_a_second() {
-    let medium = clump(200, "uniform", 0.012);
-    let phase: Phase = "hg:0.85".parse().expect("a phase function");
-    let matter = Matter { phase: phase.prepare(), albedo: 1.0 };
-    let sun = SunDisc::new(DVec3::new(0.6, 0.8, 0.0), DVec3::ONE, 0.009);
-    let sky = UniformSky { radiance: DVec3::splat(0.03), sun: Some(sun), ground: None };
-    let mut film = Film::new([64, 64]);
-    let start = Instant::now();
-    film.expose(&medium, &sky, &matter, &view([64, 64]), 1, 16);
-    let paths = 64.0 * 64.0 * 16.0;
-    println!("{:.0} paths a second, mean {}", paths / start.elapsed().as_secs_f64(), film.mean());
 }

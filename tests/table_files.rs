@@ -25,6 +25,7 @@ fn small() -> (TableSet, Vec<u8>) {
             resolution: [2, 4, 4, 4],
             optical_radius: [0.5, 2.0],
             remainder: 1e-2,
+            ..Default::default()
         },
     };
     let tables = TableSet::bake(&options, &Silent).expect("baked");

@@ -7,7 +7,9 @@ use clap::Args;
 use cumuli::cli::StageBar;
 use cumuli::medium::{Phase, ShapeSpec};
 use cumuli::tables::optical_depth::OpticalDepthOptions;
-use cumuli::tables::{BakeOptions, ScatteringOptions, TableSet, default_media, default_shapes};
+use cumuli::tables::{
+    BakeOptions, Precision, ScatteringOptions, TableSet, default_media, default_shapes,
+};
 use cumuli::{Error, Result};
 
 use crate::print;
@@ -50,6 +52,9 @@ pub struct BakeArgs {
     /// Scattering orders are summed until a step changes the light by less than this share
     #[arg(long, value_name = "SHARE", default_value_t = ScatteringOptions::default().remainder)]
     remainder: f64,
+    /// Numbers that the scattering tables are stored as; the device always gets f16
+    #[arg(long, value_name = "PRECISION", value_enum, default_value_t = Precision::F16)]
+    precision: Precision,
     /// Seed of the random chords
     #[arg(long, value_name = "SEED", default_value_t = OpticalDepthOptions::default().seed)]
     seed: u64,
@@ -97,6 +102,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
             resolution: numbers("--scattering", &args.scattering)?,
             optical_radius: numbers("--optical-radius", &args.optical_radius)?,
             remainder: args.remainder,
+            precision: args.precision,
         },
     };
     let bar = StageBar::new();

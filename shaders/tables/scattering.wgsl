@@ -23,8 +23,10 @@ struct ScatteringParams {
 @group(1) @binding(1) var scattering_table: texture_3d<f32>;
 @group(1) @binding(4) var<uniform> scattering_params: ScatteringParams;
 
+// Part of a slice by which f32 may misplace a fetch among 2048 of them.
+const SLICE_MARGIN: f32 = 2e-4;
 // Below this product of sines the azimuth has no effect.
-const DEGENERATE_SINES: f32 = 1e-6;
+const DEGENERATE_SINES: f32 = 1e-5;
 // As in mapping.rs and terminator.rs.
 const GRAZING_SHARE: f32 = 0.6;
 const GRAZING_SCALE: f32 = 0.5;
@@ -51,10 +53,9 @@ fn terminator(elevation: f32, optical_radius: f32) -> f32 {
 fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_radius: f32) -> vec2<f32> {
     let p = scattering_params;
     let incidence_cosine = clamp(-dot(entry, dir), 0.0, 1.0);
-    // The foot of the perpendicular from the centre: for central rays the sine of incidence would
-    // lose half its digits if it came from the cosine.
-    let foot = entry + incidence_cosine * dir;
-    let incidence_sine = min(length(foot), 1.0);
+    // As a length: next to the centre the root of a difference loses half its digits.
+    let across = entry + incidence_cosine * dir;
+    let incidence_sine = min(length(across), 1.0);
     let incidence = GRAZING_SHARE * (1.0 + GRAZING_SCALE) * incidence_cosine / (incidence_cosine + GRAZING_SCALE)
         + (1.0 - GRAZING_SHARE) * (1.0 - incidence_sine);
     // From the difference: the cosine loses the digits of small angles.
@@ -62,21 +63,26 @@ fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_r
     let half_sine_squared = min(0.25 * dot(apart, apart), 1.0);
     let half_sine = sqrt(half_sine_squared);
     // From the sum: next to the sun's opposite the root of a difference loses half its digits.
-    let half_cosine = min(0.5 * length(dir + sun), 1.0);
+    let together = dir + sun;
+    let half_cosine = min(0.5 * length(together), 1.0);
     let scaled = half_sine * p.lobe_inverse;
     let view_sun = log(scaled + sqrt(scaled * scaled + 1.0)) * p.lobe_factor
         + (1.0 + half_sine - half_cosine) * p.even_factor;
 
     let sines = 2.0 * half_sine * half_cosine * incidence_sine;
     let elevation = dot(entry, sun);
-    let azimuth_cosine = clamp(dot(foot, sun) / max(sines, DEGENERATE_SINES), -1.0, 1.0);
+    // Both are across times sun; the shorter vector brings less rounding.
+    let along = select(dot(across, together), -dot(across, apart), half_sine < half_cosine);
+    let azimuth_cosine = clamp(along / max(sines, DEGENERATE_SINES), -1.0, 1.0);
     let azimuth = 0.5 * (1.0 + sqrt(0.5 - 0.5 * azimuth_cosine) - sqrt(0.5 + 0.5 * azimuth_cosine));
 
     let radius = clamp(optical_radius, p.radius_least, p.radius_greatest);
     let level = min(log((radius + 1.0) / (p.radius_least + 1.0)) * p.radius_scale, p.radius_nodes - 1.0);
     let lower = min(floor(level), p.radius_nodes - 2.0);
     let slices = p.radius_nodes * p.incidence_nodes;
-    let slice = lower * p.incidence_nodes + incidence * (p.incidence_nodes - 1.0) + 0.5;
+    // Kept off the slices of the next optical radius: f32 misplaces the last of many by this much.
+    let layer = clamp(incidence * (p.incidence_nodes - 1.0), SLICE_MARGIN, p.incidence_nodes - 1.0 - SLICE_MARGIN);
+    let slice = lower * p.incidence_nodes + layer + 0.5;
     let place = vec3(table_place(view_sun, p.view_nodes), table_place(azimuth, p.azimuth_nodes), slice / slices);
     let above = vec3(place.xy, (slice + p.incidence_nodes) / slices);
     let value = mix(

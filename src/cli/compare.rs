@@ -99,5 +99,9 @@ fn table(report: &Report) -> Vec<String> {
         add(&name, Some(percent(z.beyond)));
         add("mean error in std errors", Some(format!("{:.2}", z.of_mean)));
     }
+    if let Some(noise) = &report.noise {
+        add("std error, median pixel", Some(percent(noise.median)));
+        add("pixels with less than 2 %", Some(percent(noise.below_2_percent)));
+    }
     lines
 }

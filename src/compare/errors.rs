@@ -65,6 +65,8 @@ pub struct Report {
     pub hdr_flip: Option<f64>,
     /// Of pictures with standard errors.
     pub z: Option<ZScores>,
+    /// How large the standard errors of B are, or of A where B has none.
+    pub noise: Option<Noise>,
     /// FLIP of every pixel, for the picture of the differences.
     #[serde(skip)]
     pub flip_map: Vec<f64>,
@@ -83,6 +85,16 @@ pub struct ZScores {
     pub limit: f64,
     /// z of the mean of all pixels and channels, as if these were independent.
     pub of_mean: f64,
+}
+
+/// Standard errors of a pixel's brightness over the brightness of B, as if its channels always
+/// varied together, which can only make them larger.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Noise {
+    /// Half of the pixels have less.
+    pub median: f64,
+    /// Share of pixels with less than 2 %.
+    pub below_2_percent: f64,
 }
 
 /// Compares two pictures of the same size.
@@ -137,6 +149,17 @@ pub fn compare(a: &Measured, b: &Measured, how: &Differences) -> Result<Report> 
             of_mean: 3.0 * pixels as f64 * even(mean(&off)) / sum.element_sum().sqrt(),
         }
     });
+    let known = b.standard_error.as_ref().or(a.standard_error.as_ref());
+    let relative_noise = known.filter(|_| both_radiance).map(|error| {
+        let relative = |i: usize| {
+            let value = LUMINANCE.dot(light_b[i]).abs().max(f64::MIN_POSITIVE);
+            LUMINANCE.dot(error[i]) / value
+        };
+        let mut all: Vec<f64> = picked().map(relative).collect();
+        all.sort_by(f64::total_cmp);
+        let below = all.partition_point(|v| *v < 0.02) as f64 / pixels as f64;
+        Noise { median: all[pixels / 2], below_2_percent: below }
+    });
     Ok(Report {
         a: a.name.clone(),
         b: b.name.clone(),
@@ -156,6 +179,7 @@ pub fn compare(a: &Measured, b: &Measured, how: &Differences) -> Result<Report> 
         ldr_flip: over_pixels(&flip_map),
         hdr_flip: hdr,
         z,
+        noise: relative_noise,
         flip_map,
         counted,
     })
@@ -246,6 +270,8 @@ mod tests {
             (report.rel_mse.expect("light"), report.rel_mse_of_noise.expect("noise"));
         // The variance of 1200 normal numbers is known to sqrt(2 / 1200) = 4 %.
         assert!((all / noise - 1.0).abs() < 4.0 * 0.041, "{all} {noise}");
+        let told = report.noise.expect("errors are known");
+        assert!((told.median - 0.04).abs() < 1e-9 && told.below_2_percent == 0.0, "{told:?}");
         let wrong = compare(&noisy, &picture(|_| 0.11), &how).expect("alike");
         assert!(wrong.z.expect("errors are known").beyond > 0.9);
     }

@@ -103,6 +103,12 @@ impl PreparedPhase {
         (1.0 - self.draine_weight) * henyey_greenstein(self.hg_g, c) + self.draine_weight * draine
     }
 
+    /// The Henyey-Greenstein lobe alone, if its mean cosine is at least this, forwards or
+    /// backwards.
+    pub fn narrow_lobe(&self, least: f64) -> Option<Self> {
+        (self.hg_g.abs() >= least).then_some(Self { draine_weight: 0.0, ..*self })
+    }
+
     /// Cosine of a random scattering angle; see [`Phase::sample`].
     pub fn sample(&self, u_lobe: f64, u_angle: f64) -> f64 {
         if u_lobe < self.draine_weight {

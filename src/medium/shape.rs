@@ -209,11 +209,12 @@ impl Shape {
     /// Trilinear filtering; the caller has made sure of the unit sphere.
     fn filtered(&self, x: DVec3) -> f64 {
         let n = VOLUME_NODES;
-        let last = (n - 2) as f64;
         let p = (x + 1.0) / VOLUME_CELL;
-        let cell = p.floor().clamp(DVec3::ZERO, DVec3::splat(last));
-        let f = (p - cell).clamp(DVec3::ZERO, DVec3::ONE);
-        let base = cell.x as usize + n * (cell.y as usize + n * cell.z as usize);
+        // Conversion cuts off fractions, and is quicker than rounding down.
+        let cell = |place: f64| (place.max(0.0) as usize).min(n - 2);
+        let (cx, cy, cz) = (cell(p.x), cell(p.y), cell(p.z));
+        let f = (p - DVec3::new(cx as f64, cy as f64, cz as f64)).clamp(DVec3::ZERO, DVec3::ONE);
+        let base = cx + n * (cy + n * cz);
         let row = |offset: usize| {
             let i = base + offset;
             match self.volume.get(i..i + 2) {

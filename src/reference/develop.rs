@@ -12,7 +12,7 @@ use glam::DVec3;
 /// What the channels of a reference picture mean.
 const MEANING: &str = "R, G, B: linear Rec. 709 radiance, unit: solar irradiance per steradian, \
     clouds and all behind them. A: opacity of the clouds alone, T: 1 - A; R, G, B are not \
-    multiplied by it. standard_error: of each of these, one standard deviation of the mean.";
+    multiplied by it. standard_error: of each of these, one standard deviation of the mean; A has that of T.";
 
 /// A picture that is displayed as the frame would: rows of radiance and opacity.
 pub fn picture(scene: &Scene, size: [u32; 2], radiance: Vec<[f32; 4]>) -> Picture {
@@ -52,7 +52,7 @@ impl Film {
         }
         layers.add("A", estimates.iter().map(|e| (1.0 - e[3].value) as f32));
         if self.samples > 1 {
-            for (channel, name) in [(0, "R"), (1, "G"), (2, "B"), (3, "T"), (3, "A")] {
+            for (channel, name) in ["R", "G", "B", "T"].into_iter().enumerate() {
                 layers.add(
                     &format!("standard_error.{name}"),
                     estimates.iter().map(|e| e[channel].standard_error as f32),

@@ -5,7 +5,8 @@
 use glam::DVec3;
 
 use super::geometry::Ray;
-use super::particles::{ParticleGrid, WorldParticle};
+use super::grid::ParticleGrid;
+use super::particles::WorldParticle;
 use super::world::Densities;
 use crate::Result;
 use crate::frame::cpu::blend::{ChordInputs, Composed, mean_scatter_fraction};

@@ -1,6 +1,6 @@
 //! What light meets: a medium described by pieces of a ray with an upper bound of the extinction
-//! on each. Delta tracking (Woodcock 1965) and ratio tracking (Novak, Selle and Jarosz 2014) on
-//! these pieces are unbiased whatever the bounds are.
+//! on each, and a lower one. Delta tracking (Woodcock 1965) and residual ratio tracking (Novak,
+//! Selle and Jarosz 2014) on these pieces are unbiased whatever the bounds are.
 
 use std::ops::ControlFlow;
 
@@ -24,14 +24,16 @@ impl Ray {
     }
 }
 
-/// A piece of a ray on which the extinction nowhere passes `majorant`.
+/// A piece of a ray on which the extinction lies between two bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
     /// m along the ray.
     pub begin: f64,
     /// m along the ray.
     pub end: f64,
-    /// 1/m; above 0.
+    /// 1/m; the extinction is nowhere below it.
+    pub minorant: f64,
+    /// 1/m; above 0, and the extinction is nowhere above it.
     pub majorant: f64,
     /// Where the medium finds what the piece holds.
     pub cell: usize,
@@ -62,8 +64,8 @@ pub fn first_collision(
             if t >= piece.end {
                 return ControlFlow::Continue(());
             }
-            let extinction = medium.extinction(piece.cell, ray.at(t));
-            if random.unit() * piece.majorant < extinction {
+            let level = random.unit() * piece.majorant;
+            if level < piece.minorant || level < medium.extinction(piece.cell, ray.at(t)) {
                 found = Some(t);
                 return ControlFlow::Break(());
             }
@@ -78,25 +80,40 @@ const ROULETTE_BELOW: f64 = 0.1;
 /// Its chance to go on.
 const ROULETTE_SURVIVAL: f64 = 0.25;
 
-/// Unbiased estimate of the transmittance up to `limit`, by ratio tracking with roulette.
+/// Roulette of an estimate that has become small; false when it has ended.
+fn goes_on(estimate: &mut f64, random: &mut Random) -> bool {
+    if *estimate < ROULETTE_BELOW {
+        if random.unit() >= ROULETTE_SURVIVAL {
+            *estimate = 0.0;
+        }
+        *estimate /= ROULETTE_SURVIVAL;
+    }
+    *estimate > 0.0
+}
+
+/// Unbiased estimate of the transmittance up to `limit`, by residual ratio tracking with roulette.
 pub fn transmittance(medium: &impl Medium, ray: &Ray, limit: f64, random: &mut Random) -> f64 {
     let mut estimate = 1.0;
     medium.pieces(ray, limit, &mut |piece| {
-        let mut t = piece.begin;
+        let Piece { begin, end, minorant, majorant, cell } = piece;
+        if minorant > 0.0 {
+            estimate *= (-minorant * (end - begin)).exp();
+            if !goes_on(&mut estimate, random) {
+                return ControlFlow::Break(());
+            }
+        }
+        let residual = majorant - minorant;
+        let mut t = begin;
         loop {
-            t += random.exponential() / piece.majorant;
-            if t >= piece.end {
+            t += random.exponential() / residual;
+            // Without a residual the step is infinite.
+            if t >= end || t.is_nan() {
                 return ControlFlow::Continue(());
             }
-            estimate *= 1.0 - medium.extinction(piece.cell, ray.at(t)) / piece.majorant;
-            if estimate < ROULETTE_BELOW {
-                if random.unit() >= ROULETTE_SURVIVAL {
-                    estimate = 0.0;
-                }
-                if estimate <= 0.0 {
-                    return ControlFlow::Break(());
-                }
-                estimate /= ROULETTE_SURVIVAL;
+            let extinction = medium.extinction(cell, ray.at(t));
+            estimate *= (1.0 - (extinction - minorant) / residual).max(0.0);
+            if !goes_on(&mut estimate, random) {
+                return ControlFlow::Break(());
             }
         }
     });

@@ -2,11 +2,13 @@
 //! unbiased path tracing on the host. It says how wrong a picture is.
 
 mod atmosphere_sky;
+mod bounds;
 mod develop;
 mod exact;
 mod film;
 mod fluxes;
 mod geometry;
+mod grid;
 mod job;
 pub mod partial;
 mod particles;
@@ -14,10 +16,12 @@ mod points;
 mod published;
 mod random;
 mod slab;
+mod speed;
 mod statistics;
 mod transport;
 mod uniform_sky;
 mod view;
+mod walk;
 mod world;
 
 pub use atmosphere_sky::AtmosphereSky;
@@ -26,14 +30,18 @@ pub use exact::{Exact, ExactPixel};
 pub use film::{CHANNELS, Film, Pixel};
 pub use fluxes::{SlabFluxes, slab_fluxes};
 pub use geometry::{Medium, Piece, Ray, first_collision, transmittance};
+pub use grid::ParticleGrid;
 pub use job::Exposure;
-pub use particles::{ParticleGrid, WorldParticle};
+pub use particles::WorldParticle;
 pub use points::Points;
 pub use published::{Check, MOST_Z, verify};
 pub use random::Random;
 pub use slab::Slab;
+pub use speed::{Speed, speed};
 pub use statistics::{Estimate, Moments};
-pub use transport::{Flight, Matter, Seen, Surroundings, fly, look, radiance, scatter, turned};
+pub use transport::{
+    Flight, Matter, Seen, Surroundings, cosine_direction, fly, look, radiance, scatter, turned,
+};
 pub use uniform_sky::{SunDisc, UniformSky, distance_to_ground, ground_normal};
 pub use view::{Filter, Lens, View};
 pub use world::{Densities, Place, World};

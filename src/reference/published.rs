@@ -11,7 +11,8 @@ use serde::Serialize;
 
 use super::fluxes::slab_fluxes;
 use super::geometry::{Medium, Ray, first_collision, transmittance};
-use super::particles::{ParticleGrid, WorldParticle};
+use super::grid::ParticleGrid;
+use super::particles::WorldParticle;
 use super::random::Random;
 use super::slab::Slab;
 use super::statistics::{Estimate, Moments};

@@ -42,7 +42,7 @@ impl Medium for Slab {
         }
         if begin < end {
             // Whether it breaks does not matter: there is only one piece.
-            let _ = visit(Piece { begin, end, majorant: self.majorant, cell: 0 });
+            let _ = visit(Piece { begin, end, minorant: 0.0, majorant: self.majorant, cell: 0 });
         }
     }
 

@@ -1,6 +1,6 @@
 //! Light through a medium: the one walk that slabs, spheres and scenes share.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
@@ -76,6 +76,58 @@ pub fn fly(
     }
 }
 
+/// Mean cosine from which on a lobe is so narrow that paths are led to it.
+const NARROW: f64 = 0.9;
+/// Chance of a scattering to send a second path into the lobe around the sun.
+const SPLIT_CHANCE: f64 = 0.1;
+/// Throughput from which on a path is worth splitting.
+const SPLIT_ABOVE: f64 = 0.05;
+
+/// A part of a path that is still to be followed.
+struct Branch {
+    ray: Ray,
+    throughput: DVec3,
+}
+
+/// The directions from which a narrow lobe scatters much sunlight towards the eye.
+///
+/// Droplets scatter half of the light within a degree. A path that comes to travel within a degree
+/// of the sun by chance then gathers thousands of times what others do: most of the noise, and
+/// rare. So some scatterings send a second path there on purpose, and what both can find is shared
+/// by the balance heuristic (Veach and Guibas 1995), for one path and `SPLIT_CHANCE` of another.
+struct Lobe {
+    phase: PreparedPhase,
+    towards: DVec3,
+}
+
+impl Lobe {
+    /// Share of a direction that is left to the path that found it by itself with this density,
+    /// 1/sr; the rest belongs to the path that is sent there, and so does the share of what that
+    /// finds.
+    fn share(&self, density: f64, dir: DVec3) -> f64 {
+        density / (density + SPLIT_CHANCE * self.phase.eval(dir.dot(self.towards)))
+    }
+
+    /// Sends a second path, now and then; `density` is that of the scattering.
+    fn split(
+        &self,
+        point: DVec3,
+        throughput: DVec3,
+        density: impl FnOnce(DVec3) -> f64,
+        random: &mut Random,
+        branches: &mut Vec<Branch>,
+    ) {
+        if random.unit() < SPLIT_CHANCE {
+            let dir = scatter(&self.phase, self.towards, random);
+            let density = density(dir);
+            if density > 0.0 {
+                let throughput = throughput * self.share(density, dir);
+                branches.push(Branch { ray: Ray { origin: point, dir }, throughput });
+            }
+        }
+    }
+}
+
 /// Unbiased estimate of the radiance that arrives at the ray's origin from the medium and all
 /// that is behind it, given how the ray's first flight ended. Sunlight is gathered at every
 /// collision; the disc itself is never met.
@@ -83,47 +135,74 @@ pub fn radiance(
     medium: &impl Medium,
     surroundings: &impl Surroundings,
     matter: &Matter,
-    mut ray: Ray,
-    mut flight: Flight,
+    ray: Ray,
+    flight: Flight,
     random: &mut Random,
 ) -> DVec3 {
+    let mut branches = Vec::new();
+    let first = Branch { ray, throughput: DVec3::ONE };
+    let mut sum = follow(medium, surroundings, matter, first, flight, random, &mut branches);
+    while let Some(branch) = branches.pop() {
+        let flight = fly(medium, surroundings, &branch.ray, random);
+        sum += follow(medium, surroundings, matter, branch, flight, random, &mut branches);
+    }
+    sum
+}
+
+/// Follows one path to its end; those that split off are added to `branches`.
+fn follow(
+    medium: &impl Medium,
+    surroundings: &impl Surroundings,
+    matter: &Matter,
+    Branch { mut ray, mut throughput }: Branch,
+    mut flight: Flight,
+    random: &mut Random,
+    branches: &mut Vec<Branch>,
+) -> DVec3 {
     let mut sum = DVec3::ZERO;
-    let mut throughput = DVec3::ONE;
+    let narrow = matter.phase.narrow_lobe(NARROW);
     for collision in 0.. {
-        let point;
+        let sun;
         match flight {
             Flight::Escape => return sum + throughput * surroundings.sky(&ray),
             Flight::Collision(t) => {
-                point = ray.at(t);
+                let point = ray.at(t);
                 throughput *= matter.albedo;
-                if let Some((towards, irradiance)) = surroundings.sun(point, random) {
-                    let phase = matter.phase.eval(ray.dir.dot(towards));
+                sun = surroundings.sun(point, random);
+                let before = ray.dir;
+                if let Some((towards, irradiance)) = sun {
+                    let phase = matter.phase.eval(before.dot(towards));
                     let reached = sunlight(medium, surroundings, point, towards, random);
                     sum += throughput * irradiance * (phase * reached);
                 }
-                ray = Ray { origin: point, dir: scatter(&matter.phase, ray.dir, random) };
+                ray = Ray { origin: point, dir: scatter(&matter.phase, before, random) };
+                if let Some(lobe) = lobe(narrow, sun, throughput) {
+                    let density = |dir: DVec3| matter.phase.eval(before.dot(dir));
+                    lobe.split(point, throughput, density, random, branches);
+                    throughput *= lobe.share(density(ray.dir), ray.dir);
+                }
             }
             Flight::Ground(t) => {
                 let (albedo, normal) = surroundings.ground_at(ray.at(t));
-                point = ray.at(t) + normal * (GROUND_OFFSET * t.max(1.0));
+                let point = ray.at(t) + normal * (GROUND_OFFSET * t.max(1.0));
                 throughput *= albedo;
-                if let Some((towards, irradiance)) = surroundings.sun(point, random) {
+                sun = surroundings.sun(point, random);
+                if let Some((towards, irradiance)) = sun {
                     let cosine = normal.dot(towards);
                     if cosine > 0.0 {
                         let reached = sunlight(medium, surroundings, point, towards, random);
-                        sum += throughput * irradiance * (cosine / std::f64::consts::PI * reached);
+                        sum += throughput * irradiance * (cosine / PI * reached);
                     }
                 }
                 ray = Ray { origin: point, dir: cosine_direction(normal, random) };
+                if let Some(lobe) = lobe(narrow, sun, throughput) {
+                    let density = |dir: DVec3| normal.dot(dir).max(0.0) / PI;
+                    lobe.split(point, throughput, density, random, branches);
+                    throughput *= lobe.share(density(ray.dir), ray.dir);
+                }
             }
         }
-        let strength = throughput.max_element();
-        if strength <= 0.0 {
-            return sum;
-        }
-        // Roulette by what the path still carries, and gently after very many collisions.
-        let late = collision > COLLISIONS_BEFORE_ROULETTE;
-        let survival = if late { strength.min(0.99) } else { strength.min(1.0) };
+        let survival = survival(matter, throughput, &ray, sun, collision);
         if survival < 1.0 {
             if random.unit() >= survival {
                 return sum;
@@ -133,6 +212,31 @@ pub fn radiance(
         flight = fly(medium, surroundings, &ray, random);
     }
     sum
+}
+
+fn lobe(
+    narrow: Option<PreparedPhase>,
+    sun: Option<(DVec3, DVec3)>,
+    throughput: DVec3,
+) -> Option<Lobe> {
+    let ((towards, _), phase) = (sun?, narrow?);
+    (throughput.max_element() >= SPLIT_ABOVE).then_some(Lobe { phase, towards })
+}
+
+/// Chance of a path to go on: by what it still carries, more of it where the next collision may
+/// send much of the sun's light along it, and gently after very many collisions.
+fn survival(
+    matter: &Matter,
+    throughput: DVec3,
+    ray: &Ray,
+    sun: Option<(DVec3, DVec3)>,
+    collision: u32,
+) -> f64 {
+    let ahead = sun
+        .map_or(1.0, |(towards, _)| (4.0 * PI * matter.phase.eval(ray.dir.dot(towards))).max(1.0));
+    let strength = throughput.max_element() * ahead;
+    let most = if collision > COLLISIONS_BEFORE_ROULETTE { 0.99 } else { 1.0 };
+    strength.min(most)
 }
 
 /// What one sample of a picture saw.
@@ -194,7 +298,8 @@ pub fn turned(dir: DVec3, cosine: f64, azimuth: f64) -> DVec3 {
     (x * (sine * azimuth.cos()) + y * (sine * azimuth.sin()) + dir * cosine).normalize()
 }
 
-fn cosine_direction(normal: DVec3, random: &mut Random) -> DVec3 {
+/// A direction out of a surface that scatters alike in all directions.
+pub fn cosine_direction(normal: DVec3, random: &mut Random) -> DVec3 {
     let cosine = (1.0 - random.unit()).sqrt();
     turned(normal, cosine, random.unit() * TAU)
 }

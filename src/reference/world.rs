@@ -7,7 +7,8 @@ use glam::{DQuat, DVec3};
 
 use super::atmosphere_sky::AtmosphereSky;
 use super::film::Film;
-use super::particles::{ParticleGrid, WorldParticle};
+use super::grid::ParticleGrid;
+use super::particles::WorldParticle;
 use super::transport::Matter;
 use super::uniform_sky::{SunDisc, UniformSky};
 use super::view::View;

@@ -65,6 +65,7 @@ fn cached(
     };
     let table = set.scattering_for(phase, albedo)?;
     let fits = table.resolution() == options.resolution
+        && table.precision() == options.precision
         && table.optical_radius_range() == options.optical_radius;
     fits.then(|| table.clone())
 }
@@ -113,6 +114,7 @@ mod tests {
             resolution: [2, 4, 4, 4],
             optical_radius: [0.5, 1.0],
             remainder: 1e-3,
+            ..Default::default()
         };
         let phase = Phase::Hg { g: 0.5 };
         let get = || {
@@ -149,6 +151,7 @@ mod tests {
             resolution: [2, 4, 4, 4],
             optical_radius: [0.5, 1.0],
             remainder: 1e-3,
+            ..Default::default()
         };
         let phase = Phase::Hg { g: 0.5 };
         assert!(scattering_in(Some(&file), &phase, 1.0, &options, &Silent).is_ok());

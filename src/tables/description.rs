@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::TableSet;
 use super::fingerprint::Fingerprint;
 use super::optical_depth::{OpticalDepthErrors, OpticalDepthOptions, encoding, mapping};
-use super::scattering::{ScatteringReport, ScatteringTable};
+use super::scattering::{Precision, ScatteringReport, ScatteringTable};
 use crate::error::{Error, Result};
 use crate::medium::shape::FORMULA_VERSION;
 use crate::medium::{Phase, ShapeSpec};
@@ -83,6 +83,9 @@ pub struct MediumDescription {
     pub albedo: f64,
     /// Nodes: optical radius, cosine of incidence, azimuth, view-sun angle.
     pub resolution: [usize; 4],
+    /// Numbers that the values are stored as.
+    #[serde(default)]
+    pub precision: Precision,
     /// Least and greatest optical radius.
     pub optical_radius: [f64; 2],
     /// What the bake measured.
@@ -164,6 +167,7 @@ impl MediumDescription {
             phase: *table.phase(),
             albedo: table.albedo(),
             resolution: table.resolution(),
+            precision: table.precision(),
             optical_radius: table.optical_radius_range(),
             report: table.report().clone(),
         }
@@ -171,6 +175,11 @@ impl MediumDescription {
 
     /// What was asked for.
     fn parameters(&self) -> String {
-        format!("{} {} {:?} {:?}", self.phase, self.albedo, self.resolution, self.optical_radius)
+        let (resolution, range) = (self.resolution, self.optical_radius);
+        let finer = match self.precision {
+            Precision::F16 => "",
+            Precision::F32 => " f32",
+        };
+        format!("{} {} {resolution:?} {range:?}{finer}", self.phase, self.albedo)
     }
 }

@@ -5,7 +5,7 @@
 //!
 //! - `optical_depth.NAME`, u32, `[direction v, direction u, disc v, disc u]`: texels of
 //!   `optical_depth::encoding` at the places of `optical_depth::mapping`.
-//! - `scattering.PHASE@ALBEDO`, f16, `[optical radius, incidence, azimuth, view-sun angle, 2]`:
+//! - `scattering.PHASE@ALBEDO`, f16 or f32, `[optical radius, incidence, azimuth, view-sun angle, 2]`:
 //!   the values of `scattering`.
 //!
 //! Nothing is believed before it is checked: sizes against the file, names and shapes against the
@@ -19,11 +19,11 @@ use std::path::Path;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 
 use super::TableSet;
-use super::description::Description;
+use super::description::{Description, MediumDescription};
 use super::fingerprint::Fingerprint;
 use super::header::{self, ENTRY, LENGTH_BYTES, one_line};
 use super::optical_depth::{Grid, OpticalDepthTable};
-use super::scattering::{self, ScatteringTable};
+use super::scattering::{self, Precision, ScatteringTable};
 use crate::error::{Error, Result};
 use crate::medium::{Phase, ShapeSpec};
 
@@ -31,8 +31,9 @@ use crate::medium::{Phase, ShapeSpec};
 const MOST_BYTES: u64 = 1 << 30;
 /// Bytes of a value of an optical depth table.
 const TEXEL_BYTES: usize = 4;
-/// Bytes of a value of a scattering table.
+/// Bytes of a value of a scattering table, in half and in single precision.
 const HALF_BYTES: usize = 2;
+const SINGLE_BYTES: usize = 4;
 
 /// Reads a file after a look at its size.
 pub(super) fn bytes_of(path: &Path) -> Result<Vec<u8>> {
@@ -83,9 +84,12 @@ pub(super) fn write(tables: &TableSet) -> Result<Vec<u8>> {
     for table in tables.scattering() {
         let [radii, incidences, azimuths, angles] = table.resolution();
         let shape = vec![radii, incidences, azimuths, angles, scattering::CHANNELS];
-        let bytes: Vec<u8> = table.values().iter().flat_map(|v| v.to_le_bytes()).collect();
+        let (dtype, bytes): (_, Vec<u8>) = match table.precise_values() {
+            Some(values) => (Dtype::F32, values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            None => (Dtype::F16, table.values().iter().flat_map(|v| v.to_le_bytes()).collect()),
+        };
         let name = scattering_name(table.phase(), table.albedo());
-        tensors.push((name, Dtype::F16, shape, bytes));
+        tensors.push((name, dtype, shape, bytes));
     }
     let mut values = Fingerprint::default();
     let mut views = Vec::new();
@@ -133,18 +137,27 @@ pub(super) fn read(bytes: &[u8], place: &str) -> Result<TableSet> {
         let field = |message: String| Error::input(format!("{place}: {name}"), message);
         let [a, b, c, d] = medium.resolution;
         let shape = [a, b, c, d, scattering::CHANNELS];
-        let data = tensor(&tensors, &name, Dtype::F16, &shape).map_err(field)?;
+        let dtype = match medium.precision {
+            Precision::F16 => Dtype::F16,
+            Precision::F32 => Dtype::F32,
+        };
+        let data = tensor(&tensors, &name, dtype, &shape).map_err(field)?;
         values.add(data);
-        let (halves, _) = data.as_chunks::<HALF_BYTES>();
-        let halves = halves.iter().map(|h| half::f16::from_le_bytes(*h)).collect();
-        let table = ScatteringTable::from_parts(
-            medium.phase,
-            medium.albedo,
-            medium.resolution,
-            medium.optical_radius,
-            halves,
-            medium.report,
-        );
+        let MediumDescription { phase, albedo, resolution, optical_radius, .. } = medium;
+        let table = match medium.precision {
+            Precision::F16 => {
+                let (halves, _) = data.as_chunks::<HALF_BYTES>();
+                let v = halves.iter().map(|h| half::f16::from_le_bytes(*h)).collect();
+                let report = medium.report;
+                ScatteringTable::from_parts(phase, albedo, resolution, optical_radius, v, report)
+            }
+            Precision::F32 => {
+                let (singles, _) = data.as_chunks::<SINGLE_BYTES>();
+                let v = singles.iter().map(|s| f32::from_le_bytes(*s)).collect();
+                let (range, report) = (optical_radius, medium.report);
+                ScatteringTable::from_precise_parts(phase, albedo, resolution, range, v, report)
+            }
+        };
         scattering.push(table.map_err(|e| Error::input(place, e.to_string()))?);
     }
     if tensors.len() != optical_depth.len() + scattering.len() {

@@ -18,5 +18,5 @@ mod summary;
 pub use defaults::{default_media, default_shapes};
 pub use gpu::{OpticalDepthParams, TablesGpu};
 pub use progress::{Progress, Silent};
-pub use scattering::{ScatteringOptions, ScatteringTable};
+pub use scattering::{Precision, ScatteringOptions, ScatteringTable};
 pub use set::{BakeOptions, TableSet};

@@ -57,6 +57,7 @@ impl<'a> Parts<'a> {
         let table = set.scattering_for(phase, *albedo)?;
         let wanted = &self.options.scattering;
         let fits = table.resolution() == wanted.resolution
+            && table.precision() == wanted.precision
             && table.optical_radius_range() == wanted.optical_radius;
         fits.then(|| table.clone())
     }

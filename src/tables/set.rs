@@ -220,6 +220,12 @@ impl TableSet {
         &self.scattering
     }
 
+    /// The set as the device has it: all values rounded to what its textures hold.
+    pub fn rounded(&self) -> Self {
+        let scattering = self.scattering.iter().map(ScatteringTable::rounded).collect();
+        Self { scattering, ..self.clone() }
+    }
+
     /// The media that the set has scattering tables of, for people.
     pub fn media(&self) -> String {
         let media = self.scattering.iter().map(|t| medium(t.phase(), t.albedo()));

@@ -48,11 +48,12 @@ impl TableSet {
             let [radii, incidences, azimuths, angles] = medium.resolution;
             let [least, most] = medium.optical_radius;
             lines.push(format!(
-                "scattering: {}, albedo {}; {radii} optical radii {least} to {most} x {incidences} \
+                "scattering: {}, albedo {}, {}; {radii} optical radii {least} to {most} x {incidences} \
                  incidences x {azimuths} azimuths x {angles} view-sun angles, {:.2} MiB",
                 medium.phase,
                 medium.albedo,
-                mib(size_of_val(table.values())),
+                medium.precision,
+                mib(table.precise_values().map_or(size_of_val(table.values()), size_of_val)),
             ));
             lines.extend(medium.report.radii.iter().map(radius_line));
         }

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use cumuli::Result;
 use cumuli::gpu::Gpu;
 use cumuli::reference::Random;
-use cumuli::tables::TableSet;
 use cumuli::tables::sample::{Sample, SampleRay, Sampler};
+use cumuli::tables::{ScatteringTable, TableSet};
 use glam::DVec3;
 
 use super::row::{Row, Worst};
@@ -18,8 +18,12 @@ const STEP: f64 = 1.0 / 1024.0;
 const ROUNDING: f64 = 2e-7;
 /// Radiance that f32 may lose: it ends at 1e-38, before a phase function of up to 1e4.
 const DARK: f64 = 1e-33;
-/// Optical radii of the rays: beyond those of every table, where the nearest is used.
-const OPTICAL_RADII: [f64; 2] = [1e-3, 1e3];
+/// How far f32 misplaces the sun's path of order 1 in a table, radii; the light follows with the
+/// optical radius times that. A step of f16 in the stored path is thirty times as much.
+const PLACE: f64 = 1.5e-5;
+/// Least optical radius of the rays: thinner than tables begin, where the nearest is used. The
+/// greatest is the table's.
+const LEAST_OPTICAL_RADIUS: f64 = 1e-3;
 
 type Field = (&'static str, fn(&Sample) -> f64);
 
@@ -33,7 +37,7 @@ const FIELDS: [Field; 4] = [
 
 /// Rays of all kinds, each tenth one degenerate: grazing, through the centre, into the sun, away
 /// from it.
-fn rays(effort: &Effort) -> Vec<SampleRay> {
+fn rays(effort: &Effort, table: &ScatteringTable) -> Vec<SampleRay> {
     let count = effort.chords;
     let make = |number: u64| {
         let mut random = Random::new(effort.seed, 4, number);
@@ -53,7 +57,8 @@ fn rays(effort: &Effort) -> Vec<SampleRay> {
             10 => (entry, dir, sun) = (DVec3::Z, DVec3::NEG_Z, DVec3::Z),
             _ => {}
         }
-        let [least, most] = OPTICAL_RADII;
+        let [_, most] = table.optical_radius_range();
+        let least = LEAST_OPTICAL_RADIUS.min(most);
         let optical_radius = least * (most / least).powf(random.unit());
         let (a, b) = (random.unit(), random.unit());
         let part = if number.is_multiple_of(2) { [0.0, 1.0] } else { [a.min(b), a.max(b)] };
@@ -65,7 +70,9 @@ fn rays(effort: &Effort) -> Vec<SampleRay> {
 /// All rows; without a device only those of the host.
 pub fn rows(tables: &TableSet, gpu: Option<&Gpu>, effort: &Effort) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
-    let rays = rays(effort);
+    // Values that are stored more precisely than the device takes them are rounded first: how
+    // much that costs is no matter of lookups.
+    let tables = &tables.rounded();
     let Some(first) = tables.scattering().first() else { return Ok(rows) };
     let shapes = tables.shape_names().map(|shape| (shape, first));
     // The uniform shape with every medium, the others with one: media do not know of shapes.
@@ -73,6 +80,7 @@ pub fn rows(tables: &TableSet, gpu: Option<&Gpu>, effort: &Effort) -> Result<Vec
     for (shape, table) in shapes.chain(media) {
         let name = format!("{shape} in {}", super::medium(table));
         let sampler = Sampler::new(tables, shape, table.phase(), table.albedo())?;
+        let rays = rays(effort, table);
         let host: Vec<Sample> = rays.iter().map(|ray| sampler.sample(ray)).collect();
         let wrong = host.iter().filter(|sample| !is_sound(sample)).count();
         let title = format!("answers not finite or out of range, {name}");
@@ -88,15 +96,12 @@ pub fn rows(tables: &TableSet, gpu: Option<&Gpu>, effort: &Effort) -> Result<Vec
                 let source = |s: &Sample| value(s) / s.optical_depth.max(f64::MIN_POSITIVE);
                 let rounding = match field {
                     "optical depth" | "transmittance" => depth,
-                    _ => depth * source(host).max(source(device)) + DARK,
+                    _ => {
+                        let place = PLACE * ray.optical_radius * values[0].abs();
+                        depth * source(host).max(source(device)) + place + DARK
+                    }
                 };
-                // Order 1 is stored as the sunlight's path: a step of that is a step of the light
-                // for each unit of optical depth on the way.
-                let steps = match field {
-                    "order 1" => (-source(host).max(f64::MIN_POSITIVE).ln()).max(1.0),
-                    _ => 1.0,
-                };
-                let tolerance = STEP * steps * values[0].abs() + rounding;
+                let tolerance = STEP * values[0].abs() + rounding;
                 worst.add(values, (values[1] - values[0]).abs(), tolerance);
             }
             rows.push(worst.row(format!("device against host: {field}, {name}")));

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use clap::Args;
 use cumuli::cli::StageBar;
 use cumuli::gpu::Gpu;
-use cumuli::tables::{Progress, ScatteringTable, TableSet};
+use cumuli::tables::{Progress, ScatteringOptions, ScatteringTable, TableSet};
 use cumuli::{Error, Result};
 
 use self::row::Row;
@@ -99,9 +99,15 @@ impl Effort {
         if self.quick {
             return self.radii(table);
         }
-        let ([least, most], nodes) = (table.optical_radius_range(), table.resolution()[0]);
-        let last = 2 * (nodes - 1);
-        (0..=last).map(|i| least * (most / least).powf(i as f64 / last as f64)).collect()
+        let options = ScatteringOptions {
+            resolution: table.resolution(),
+            optical_radius: table.optical_radius_range(),
+            ..Default::default()
+        };
+        let nodes: Vec<f64> =
+            (0..table.resolution()[0]).map(|i| options.optical_radius_at(i)).collect();
+        let between = nodes.windows(2).map(|pair| [pair[0], (pair[0] * pair[1]).sqrt()]);
+        between.flatten().chain(nodes.last().copied()).collect()
     }
 }
 

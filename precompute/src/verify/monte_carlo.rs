@@ -3,8 +3,7 @@
 use cumuli::reference::Random;
 use cumuli::tables::ScatteringTable;
 use cumuli::tables::sample::SampleRay;
-use cumuli::tables::scattering::mapping::Geometry;
-use cumuli::tables::scattering::reference::trace;
+use cumuli::tables::scattering::reference::{Ray, sphere_radiance};
 use rayon::prelude::*;
 
 use super::row::{Row, Worst};
@@ -31,12 +30,10 @@ pub fn rows(table: &ScatteringTable, effort: &Effort, step: impl Fn() + Sync) ->
 
 /// Radiance of a ray by traced paths, and its standard error.
 pub fn traced(table: &ScatteringTable, ray: &SampleRay, paths: u64, seed: u64) -> [f64; 2] {
-    let (phase, radius) = (table.phase(), ray.optical_radius);
-    let geometry = Geometry::of(ray.entry, ray.dir, ray.sun);
-    let traced = trace(phase, table.albedo(), &geometry, radius, paths, seed);
-    let opaque = -(2.0 * radius * ray.entry.dot(ray.dir)).exp_m1();
-    let p = phase.eval(ray.dir.dot(ray.sun));
-    [p * traced.single + traced.multiple.mean, traced.multiple.error].map(|light| opaque * light)
+    let &SampleRay { entry, dir, sun, optical_radius, .. } = ray;
+    let ray = Ray { entry, dir, sun, optical_radius };
+    let total = sphere_radiance(table.phase(), table.albedo(), &ray, paths, seed).total();
+    [total.mean, total.error]
 }
 
 fn compare(table: &ScatteringTable, radius: f64, number: u64, effort: &Effort) -> Worst {

@@ -37,6 +37,27 @@ fn info_tells_what_was_asked_for() {
 }
 
 #[test]
+fn single_precision_is_stored_and_read() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let [half, single] = ["f16", "f32"].map(|precision| {
+        let path = dir.path().join(precision);
+        assert!(bake(&path, &["--precision", precision]).status.success());
+        let tables = cumuli::tables::TableSet::load(&path).expect("tables");
+        let info = precompute(&["info", &path.display().to_string()]);
+        assert!(String::from_utf8_lossy(&info.stdout).contains(precision));
+        tables
+    });
+    let (half, single) = (&half.scattering()[0], &single.scattering()[0]);
+    assert!(half.precise_values().is_none());
+    let precise = single.precise_values().expect("unrounded values");
+    assert!(precise.iter().zip(single.values()).any(|(p, v)| *p != v.to_f32()));
+    for (p, v) in precise.iter().zip(half.values()) {
+        // Half a step of f16 and a little for what was rounded twice.
+        assert!((p - v.to_f32()).abs() <= 2f32.powi(-10) * p.abs() + 1e-7, "{p} {v}");
+    }
+}
+
+#[test]
 fn bad_input_is_one_sentence_and_leaves_nothing() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let path = dir.path().join("tables.safetensors");
@@ -57,6 +78,7 @@ fn bad_input_is_one_sentence_and_leaves_nothing() {
         ("--scattering=1,2,3", "--scattering"),
         ("--scattering=2,2,2,99999", "resolution"),
         ("--events=0", "events"),
+        ("--precision=f8", "--precision"),
         ("--threads=0", "--threads"),
     ] {
         // An option given twice is refused by itself: leave out the sound one.

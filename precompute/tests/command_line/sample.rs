@@ -86,9 +86,12 @@ fn the_device_agrees_with_the_host() {
                 // function of up to 1e4.
                 let rounding = 2e-7 * number(ray, "optical_radius").max(1.0);
                 let source = |light: f64, depth: f64| light / depth.max(f64::MIN_POSITIVE);
+                // The path of order 1 through the table is misplaced by up to 1.5e-5 radii, a
+                // thirtieth of a step of f16 in what is stored.
+                let place = 1.5e-5 * number(ray, "optical_radius") * a.abs();
                 let rounding = match field {
                     "optical_depth" | "transmittance" => rounding,
-                    _ => rounding * source(a, depths[0]).max(source(b, depths[1])) + 1e-33,
+                    _ => rounding * source(a, depths[0]).max(source(b, depths[1])) + place + 1e-33,
                 };
                 // A step of f16 next to any value, 2^-10 of it. Filters that keep 8 bits of the
                 // weights could be off by more; that of lavapipe keeps f32's.
@@ -161,9 +164,9 @@ fn looking_into_the_sun_through_the_centre_is_the_closed_form() {
             let found = answers(dir.path(), &rays, &[&format!("--phase={phase}")]);
             let tau = 2.0 * radius;
             let expected = forward * tau * (-tau).exp();
-            // The path is stored in f16, 5e-4 of it, and exp(-R path) has R times that.
-            let error = (number(&found[0], "single") / expected - 1.0).abs();
-            assert!(error < 5e-3, "{phase} {radius}: {error}");
+            // Target of the radiance of any ray.
+            let error = (number(&found[0], "single") - expected).abs();
+            assert!(error < 0.01 * number(&found[0], "total"), "{phase} {radius}: {error}");
         }
     }
 }

@@ -6,6 +6,9 @@ use super::mapping::{Coordinates, Geometry, RadiusMap, azimuth_coordinate, incid
 use super::single::opacity;
 use super::{CHANNELS, ScatteringTable};
 
+/// Part of a slice by which f32 may misplace a fetch among the most slices of a texture.
+const SLICE_MARGIN: f64 = 2e-4;
+
 impl ScatteringTable {
     /// Source of order 1 without phase function, and of the orders from 2 on with it, for a ray
     /// that enters the unit sphere at `entry` along `dir`, with the sun towards `sun` (unit
@@ -43,7 +46,9 @@ impl ScatteringTable {
             (index, place - index as f64)
         };
         let (i, a) = split(at.optical_radius, radii);
-        let (j, b) = split(at.incidence, incidences);
+        // As the shader does, whose texture has the next optical radius behind the last incidence.
+        let margin = SLICE_MARGIN / (incidences - 1) as f64;
+        let (j, b) = split(at.incidence.clamp(margin, 1.0 - margin), incidences);
         let (k, c) = split(at.azimuth, azimuths);
         let (l, d) = split(at.view_sun, views);
         let mut sum = [0.0; CHANNELS];
@@ -53,13 +58,21 @@ impl ScatteringTable {
                     for (l, d) in [(l, 1.0 - d), (l + 1, d)] {
                         let entry = ((i * incidences + j) * azimuths + k) * views + l;
                         let weight = a * b * c * d;
-                        for (s, v) in sum.iter_mut().zip(&self.values[entry * CHANNELS..]) {
-                            *s += weight * f64::from(*v);
-                        }
+                        let of_entry = entry * CHANNELS..(entry + 1) * CHANNELS;
+                        let values: [f64; CHANNELS] = match &self.precise {
+                            Some(values) => two(&values[of_entry]),
+                            None => two(&self.values[of_entry]),
+                        };
+                        sum.iter_mut().zip(values).for_each(|(s, v)| *s += weight * v);
                     }
                 }
             }
         }
         sum
     }
+}
+
+/// The values of an entry.
+fn two<T: Copy + Into<f64>>(values: &[T]) -> [f64; CHANNELS] {
+    std::array::from_fn(|channel| values[channel].into())
 }

@@ -23,7 +23,7 @@ const LOBE_SCALE: [f64; 2] = [5e-4, 1.0];
 const GRAZING_SHARE: f64 = 0.6;
 const GRAZING_SCALE: f64 = 0.5;
 /// Below this product of sines the azimuth has no effect and its value is arbitrary.
-const DEGENERATE: f64 = 1e-7;
+const DEGENERATE: f64 = 1e-5;
 
 /// The table's coordinates of a ray, each in 0..1 from the first node to the last.
 #[derive(Clone, Copy, Debug, PartialEq)]

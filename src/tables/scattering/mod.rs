@@ -44,6 +44,37 @@ const OPTICAL_RADII: [f64; 2] = [1e-3, 1e3];
 /// Shares that the remainder of the orders may have: f32 reaches the first.
 const REMAINDERS: [f64; 2] = [1e-5, 0.1];
 
+/// Numbers that a table's values are stored as. The device always filters half precision; single
+/// precision is for those who compare with other solvers, where rounding is not to be blamed.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    serde::Serialize,
+    serde::Deserialize,
+    clap::ValueEnum,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// 16 bits, 11 of them significant.
+    #[default]
+    F16,
+    /// 32 bits, 24 of them significant.
+    F32,
+}
+
+impl std::fmt::Display for Precision {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::F16 => "f16",
+            Self::F32 => "f32",
+        })
+    }
+}
+
 /// What to bake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScatteringOptions {
@@ -54,11 +85,18 @@ pub struct ScatteringOptions {
     /// The scattering orders are summed until a further step changes the light at a place by less
     /// than this share of it, in the root mean square.
     pub remainder: f64,
+    /// How the values are stored in a file and looked up on the host.
+    pub precision: Precision,
 }
 
 impl Default for ScatteringOptions {
     fn default() -> Self {
-        Self { resolution: [26, 20, 14, 40], optical_radius: [0.05, 100.0], remainder: 3e-4 }
+        Self {
+            resolution: [26, 20, 14, 40],
+            optical_radius: [0.05, 100.0],
+            remainder: 3e-4,
+            precision: Precision::F16,
+        }
     }
 }
 
@@ -127,6 +165,8 @@ pub struct ScatteringTable {
     resolution: [usize; 4],
     optical_radius: [f64; 2],
     values: Vec<f16>,
+    /// The same before rounding, where they are kept.
+    precise: Option<Vec<f32>>,
     report: ScatteringReport,
     map: ViewSunMap,
     terminator: Terminator,
@@ -143,8 +183,31 @@ impl ScatteringTable {
         phase.check()?;
         options.check(albedo)?;
         let (values, report) = bake::bake(&phase, albedo, options, progress);
-        let values = values.into_iter().map(f16::from_f64).collect();
-        Self::from_parts(phase, albedo, options.resolution, options.optical_radius, values, report)
+        let (resolution, range) = (options.resolution, options.optical_radius);
+        match options.precision {
+            Precision::F16 => {
+                let values = values.into_iter().map(f16::from_f64).collect();
+                Self::from_parts(phase, albedo, resolution, range, values, report)
+            }
+            Precision::F32 => {
+                let values = values.into_iter().map(|v| v as f32).collect();
+                Self::from_precise_parts(phase, albedo, resolution, range, values, report)
+            }
+        }
+    }
+
+    /// A table from values in single precision; refused as [`Self::from_parts`] does.
+    pub fn from_precise_parts(
+        phase: Phase,
+        albedo: f64,
+        resolution: [usize; 4],
+        optical_radius: [f64; 2],
+        values: Vec<f32>,
+        report: ScatteringReport,
+    ) -> Result<Self> {
+        let rounded = values.iter().map(|v| f16::from_f32(*v)).collect();
+        let table = Self::from_parts(phase, albedo, resolution, optical_radius, rounded, report)?;
+        Ok(Self { precise: Some(values), ..table })
     }
 
     /// A table from stored values, refused unless sizes fit and every value is in its range.
@@ -157,7 +220,7 @@ impl ScatteringTable {
         report: ScatteringReport,
     ) -> Result<Self> {
         phase.check()?;
-        let shape = ScatteringOptions { resolution, optical_radius, remainder: REMAINDERS[1] };
+        let shape = ScatteringOptions { resolution, optical_radius, ..Default::default() };
         shape.check(albedo)?;
         let place = || format!("scattering table of {phase}");
         if values.len() != shape.entries() * CHANNELS {
@@ -181,7 +244,17 @@ impl ScatteringTable {
         }
         let map = ViewSunMap::for_phase(&phase);
         let terminator = Terminator::for_phase(&phase);
-        Ok(Self { phase, albedo, resolution, optical_radius, values, report, map, terminator })
+        Ok(Self {
+            phase,
+            albedo,
+            resolution,
+            optical_radius,
+            values,
+            precise: None,
+            report,
+            map,
+            terminator,
+        })
     }
 
     /// Phase function of the table.
@@ -204,10 +277,25 @@ impl ScatteringTable {
         self.optical_radius
     }
 
-    /// All values: axes in the order of [`Self::resolution`], the last varying fastest, two
-    /// channels for each entry.
+    /// All values as the device has them: axes in the order of [`Self::resolution`], the last
+    /// varying fastest, two channels for each entry.
     pub fn values(&self) -> &[f16] {
         &self.values
+    }
+
+    /// The same before they were rounded, where the table has kept that.
+    pub fn precise_values(&self) -> Option<&[f32]> {
+        self.precise.as_deref()
+    }
+
+    /// Numbers that the values are stored as.
+    pub fn precision(&self) -> Precision {
+        if self.precise.is_some() { Precision::F32 } else { Precision::F16 }
+    }
+
+    /// The table as the device has it.
+    pub fn rounded(&self) -> Self {
+        Self { precise: None, ..self.clone() }
     }
 
     /// What the bake said about itself.

@@ -7,7 +7,12 @@ use crate::tables::Silent;
 
 /// Small and noisy, but made by the same solver.
 fn small_options() -> ScatteringOptions {
-    ScatteringOptions { resolution: [8, 8, 8, 24], optical_radius: [0.05, 100.0], remainder: 1e-3 }
+    ScatteringOptions {
+        resolution: [8, 8, 8, 24],
+        optical_radius: [0.05, 100.0],
+        remainder: 1e-3,
+        ..Default::default()
+    }
 }
 
 /// One small table for all tests.
@@ -31,6 +36,30 @@ fn same_bytes_whatever_the_number_of_threads() {
     let one = bake(1);
     assert_eq!(one, bake(3));
     assert!(one.values().iter().any(|v| v.to_f32() != 0.0));
+}
+
+#[test]
+fn single_precision_is_what_half_precision_is_rounded_from() {
+    let options = ScatteringOptions { resolution: [2, 4, 4, 6], ..small_options() };
+    let phase = Phase::hg(0.5).expect("in range");
+    let [half, single] = [Precision::F16, Precision::F32].map(|precision| {
+        let options = ScatteringOptions { precision, ..options.clone() };
+        ScatteringTable::bake(phase, 1.0, &options, &Silent).expect("bakes")
+    });
+    assert!(half.precise_values().is_none() && single.precise_values().is_some());
+    // An f64 rounded twice may end one step beside an f64 rounded once.
+    let steps = half.values().iter().zip(single.values());
+    let steps = steps.map(|(a, b)| (i32::from(a.to_bits()) - i32::from(b.to_bits())).abs());
+    assert!(steps.max() <= Some(1));
+    assert_eq!(single.rounded().precise_values(), None);
+    let geometry = mapping::Geometry { incidence: 0.63, azimuth: 1.1, view_sun: 0.7 };
+    let lookup = |table: &ScatteringTable| table.lookup_geometry(&geometry, 7.0);
+    let (a, b, c) = (lookup(&half), lookup(&single), lookup(&single.rounded()));
+    for channel in 0..CHANNELS {
+        assert_ne!(b[channel], c[channel], "the finer digits are used");
+        // 2^-11 of paths up to 2 times the optical radius, and of logarithms up to 8.
+        assert!((b[channel] / a[channel] - 1.0).abs() < 7e-3, "{a:?} {b:?}");
+    }
 }
 
 #[test]

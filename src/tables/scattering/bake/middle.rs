@@ -31,6 +31,24 @@ pub fn between_chords(values: &mut [f64], resolution: [usize; 4], axes: &[usize]
     }
 }
 
+/// Makes rays whose azimuth has no meaning independent of it: those through the centre, into the
+/// sun and away from it. The light is, but moving the nodes by their neighbours is not.
+pub fn join_azimuths(values: &mut [f64], [radii, incidences, azimuths, views]: [usize; 4]) {
+    let at = |i: usize, j: usize, k: usize, l: usize| {
+        (((i * incidences + j) * azimuths + k) * views + l) * CHANNELS + 1
+    };
+    for i in 0..radii {
+        for j in 0..incidences {
+            for l in (0..views).filter(|l| j + 1 == incidences || *l == 0 || l + 1 == views) {
+                let sum: f64 = (0..azimuths).map(|k| values[at(i, j, k, l)]).sum();
+                for k in 0..azimuths {
+                    values[at(i, j, k, l)] = sum / azimuths as f64;
+                }
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -46,6 +64,23 @@ mod tests {
             let integral = |x: f64| 3.0 * x + 0.25 * x * x - 0.2 * x.powi(3) / 3.0;
             assert!((mean - (integral(b) - integral(a))).abs() < 1e-12);
             assert_eq!(values[2 * cell], f(cell as f64), "the path stays");
+        }
+    }
+
+    #[test]
+    fn azimuths_join_where_they_have_no_meaning() {
+        let [incidences, azimuths, views] = [2, 3, 4];
+        let mut values: Vec<f64> =
+            (0..incidences * azimuths * views * CHANNELS).map(|i| (i * i) as f64).collect();
+        let before = values.clone();
+        join_azimuths(&mut values, [1, incidences, azimuths, views]);
+        for at in 0..values.len() {
+            let entry = at / CHANNELS;
+            let (j, l) = (entry / (azimuths * views), entry % views);
+            let joined = at % CHANNELS == 1 && (j == 1 || l == 0 || l == 3);
+            let first = at - entry / views % azimuths * views * CHANNELS;
+            assert!(!joined || values[at] == values[first]);
+            assert!(joined || values[at] == before[at]);
         }
     }
 

@@ -88,6 +88,7 @@ pub fn bake(
         progress.advance(1);
     }
     middle::between_chords(&mut values, options.resolution, &[0]);
+    middle::join_azimuths(&mut values, options.resolution);
     (values, report)
 }
 
