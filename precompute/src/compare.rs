@@ -1,8 +1,10 @@
 //! `precompute compare`: ways to tabulate optical depth, at equal bytes, as a table of errors.
 
 use clap::Args;
+use cumuli::cli::StageBar;
 use cumuli::medium::{Shape, ShapeKind, ShapeSpec};
-use cumuli::tables::optical_depth::compare::Way;
+use cumuli::tables::Progress;
+use cumuli::tables::optical_depth::compare::{Outcome, Way};
 use cumuli::tables::optical_depth::measure::{DepthErrors, central_matter, test_chords};
 use cumuli::{Error, Result};
 
@@ -43,42 +45,50 @@ pub fn run(args: &CompareArgs) -> Result<()> {
     if let Some(spec) = args.shapes.iter().find(|spec| spec.kind == ShapeKind::Uniform) {
         return Err(Error::input("--shapes", format!("expected noise shapes, found {spec}")));
     }
+    let bar = StageBar::new();
+    let steps = args.shapes.len() * (Way::OTHERS.len() + args.kib.len() * Way::TABLES.len());
+    bar.start(steps as u64, "ways");
+    let mut lines = Vec::new();
     for spec in &args.shapes {
         let shape = Shape::new(*spec);
         let chords = test_chords(&shape, args.chords, SEED);
         let central = central_matter(&shape);
-        print(&format!(
+        lines.push(format!(
             "Errors of transmittance for {spec}, {} random chords, at central optical depth 1 / 10 / 50\n",
             chords.len()
-        ))?;
-        print("| way | nodes | KiB | RMS | 99th percentile | parts RMS | parts by length RMS |")?;
-        print("|---|---|---|---|---|---|---|")?;
-        for (i, kib) in args.kib.iter().enumerate() {
-            for way in Way::ALL {
-                // Without a table there is one size.
-                if matches!(way, Way::March(_)) && i > 0 {
-                    continue;
-                }
-                let outcome = way.measure(&shape, kib << 10, args.rays, &chords, central);
-                let column = |value: fn(&DepthErrors) -> f64| {
-                    let depths = outcome.errors.depths.iter();
-                    depths.map(|d| format!("{:.4}", value(d))).collect::<Vec<_>>().join(" / ")
-                };
-                let nodes = outcome
-                    .nodes
-                    .map_or(String::new(), |[a, b, c, d]| format!("{a} x {b} x {c} x {d}"));
-                print(&format!(
-                    "| {} | {nodes} | {} | {} | {} | {} | {} |",
-                    way.name(),
-                    outcome.bytes >> 10,
-                    column(|d| d.rms),
-                    column(|d| d.p99),
-                    column(|d| d.part_rms),
-                    column(|d| d.part_rms_by_length),
-                ))?;
-            }
+        ));
+        lines.push(
+            "| way | nodes | KiB | fetches | RMS | 99th percentile | parts RMS | parts by length RMS |"
+                .to_owned(),
+        );
+        lines.push("|---|---|---|---|---|---|---|---|".to_owned());
+        let tables = args.kib.iter().flat_map(|kib| Way::TABLES.map(|way| (way, *kib)));
+        for (way, kib) in tables.chain(Way::OTHERS.map(|way| (way, 0))) {
+            let outcome = way.measure(&shape, kib << 10, args.rays, &chords, central);
+            lines.push(line(&way, &outcome));
+            bar.advance(1);
         }
-        print("")?;
+        lines.push(String::new());
     }
-    Ok(())
+    drop(bar);
+    lines.iter().try_for_each(|line| print(line))
+}
+
+fn line(way: &Way, outcome: &Outcome) -> String {
+    let column = |value: fn(&DepthErrors) -> f64| {
+        let depths = outcome.errors.iter();
+        depths.map(|d| format!("{:.4}", value(d))).collect::<Vec<_>>().join(" / ")
+    };
+    let nodes =
+        outcome.nodes.map_or(String::new(), |[a, b, c, d]| format!("{a} x {b} x {c} x {d}"));
+    let fetches = way.fetches().map_or(String::new(), |n| n.to_string());
+    let kib = outcome.nodes.map_or(String::new(), |_| (outcome.bytes >> 10).to_string());
+    format!(
+        "| {} | {nodes} | {kib} | {fetches} | {} | {} | {} | {} |",
+        way.name(),
+        column(|d| d.rms),
+        column(|d| d.p99),
+        column(|d| d.part_rms),
+        column(|d| d.part_rms_by_length),
+    )
 }

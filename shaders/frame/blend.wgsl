@@ -8,7 +8,7 @@
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight}
 #import cumuli::lighting::{SourceInputs, source_function}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
-#import cumuli::optical_depth::{ChordProfile, chord_fraction, chord_profile}
+#import cumuli::optical_depth::{bins_before, chord_profile, copy_for}
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::quaternion::rotate
 #import cumuli::scattering::scattering_source
@@ -27,16 +27,17 @@
 const PENDING: u32 = #{PENDING}u;
 const FAR: f32 = 1e30;
 
-// Open chords. Structure of arrays: the event loop touches few of the fields.
+// Open chords, each in a place of its own until its end is passed. All loops over places have a
+// fixed number of rounds: unrolled, they leave no memory that is indexed.
 var<private> chord_begin: array<f32, PENDING>;  // m along the ray, of what is visible
-var<private> chord_end: array<f32, PENDING>;
+var<private> chord_end: array<f32, PENDING>;    // at the cursor or before it: the place is free
 var<private> chord_near: array<f32, PENDING>;   // m, where the whole chord begins
 var<private> chord_inverse: array<f32, PENDING>;// 1/m, of the whole chord's length
-var<private> chord_tau: array<f32, PENDING>;    // of the whole chord
-var<private> chord_shape: array<ChordProfile, PENDING>;
-var<private> chord_done: array<f32, PENDING>;   // share of its matter before the cursor
+var<private> chord_tau: array<f32, PENDING>;    // optical depth per sum of bins
+var<private> chord_low: array<vec4<u32>, PENDING>;  // where its matter lies, as ChordProfile
+var<private> chord_high: array<vec4<u32>, PENDING>;
+var<private> chord_done: array<f32, PENDING>;   // sum of its bins before the cursor
 var<private> chord_source: array<vec3<f32>, PENDING>;
-var<private> open: u32;
 
 var<private> cursor: f32;         // m, everything before it is composed
 var<private> radiance: vec3<f32>;
@@ -45,22 +46,24 @@ var<private> distance_sum: f32;   // opacity times distance
 
 // Composes everything up to `limit`.
 fn advance(limit: f32) {
-    // Each round removes a chord, opens one, or reaches the limit.
+    // Each round closes a chord, opens one, or reaches the limit.
     for (var round = 0u; round < 2u * PENDING + 2u; round++) {
-        if open == 0u || cursor >= limit || transmittance <= frame.transmittance_stop {
+        if cursor >= limit || transmittance <= frame.transmittance_stop {
             break;
         }
         var next = limit;
-        for (var i = 0u; i < open; i++) {
-            next = min(next, select(chord_end[i], chord_begin[i], chord_begin[i] > cursor));
+        for (var i = 0u; i < PENDING; i++) {
+            let event = select(chord_end[i], chord_begin[i], chord_begin[i] > cursor);
+            next = select(next, min(next, event), chord_end[i] > cursor);
         }
         var tau = 0.0;
         var light = vec3(0.0);
-        for (var i = 0u; i < open; i++) {
-            if chord_begin[i] <= cursor {
-                let share = chord_fraction(chord_shape[i], saturate((next - chord_near[i]) * chord_inverse[i]));
-                let piece = chord_tau[i] * max(share - chord_done[i], 0.0);
-                chord_done[i] = share;
+        for (var i = 0u; i < PENDING; i++) {
+            if chord_begin[i] <= cursor && chord_end[i] > cursor {
+                let t = saturate((next - chord_near[i]) * chord_inverse[i]);
+                let done = bins_before(chord_low[i], chord_high[i], t);
+                let piece = chord_tau[i] * max(done - chord_done[i], 0.0);
+                chord_done[i] = done;
                 tau += piece;
                 light += piece * chord_source[i];
             }
@@ -71,35 +74,17 @@ fn advance(limit: f32) {
         distance_sum += weight * tau * mix(cursor, next, mean_scatter_fraction(tau));
         transmittance *= exp(-tau);
         cursor = next;
-        var i = 0u;
-        while i < open {
-            if chord_end[i] <= cursor {
-                open--;
-                let last = open;
-                chord_begin[i] = chord_begin[last];
-                chord_end[i] = chord_end[last];
-                chord_near[i] = chord_near[last];
-                chord_inverse[i] = chord_inverse[last];
-                chord_tau[i] = chord_tau[last];
-                chord_shape[i] = chord_shape[last];
-                chord_done[i] = chord_done[last];
-                chord_source[i] = chord_source[last];
-            } else {
-                i++;
-            }
-        }
     }
     cursor = max(cursor, limit);
 }
 
-// Frees a place when all are taken: composes up to the first end. Whatever begins before that
-// keeps its matter and loses at most its order (the error of a small PENDING).
-fn make_room() {
-    var first_end = FAR;
-    for (var i = 0u; i < open; i++) {
-        first_end = min(first_end, chord_end[i]);
+// The place that is free first: its chord has the nearest end.
+fn first_end() -> f32 {
+    var first = FAR;
+    for (var i = 0u; i < PENDING; i++) {
+        first = min(first, chord_end[i]);
     }
-    advance(first_end);
+    return first;
 }
 
 @compute @workgroup_size(8, 8)
@@ -111,7 +96,9 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
     transmittance = 1.0;
     distance_sum = 0.0;
     cursor = 0.0;
-    open = 0u;
+    for (var i = 0u; i < PENDING; i++) {
+        chord_end[i] = 0.0;
+    }
     var lookups = 0u;
 
     let tile = group.y * frame.tiles.x + group.x;
@@ -123,6 +110,8 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         let cos_theta = clamp(dot(frame.sun.xyz, dir), -1.0, 1.0);
         let phase_once = phase_between(phase, dir, frame.sun.xyz);
         let phase_twice = henyey_greenstein(frame.mean_cosine * frame.mean_cosine, cos_theta);
+        // In the middle of the picture; a rectilinear picture stretches towards its corners.
+        let pixels_per_radian = 0.5 * f32(frame.size.x) / length(frame.right.xyz);
         var far = FAR;
         if frame.has_ground != 0u {
             let ground = ground_distance(dir);
@@ -147,9 +136,9 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             }
             // No later particle of the list begins before this distance.
             advance(length(particle.centre) - particle.radius);
-            if open == PENDING {
-                make_room();
-            }
+            // Where all places are taken: composes up to the first end. Whatever begins before
+            // that keeps its matter and loses at most its order (the error of a small PENDING).
+            advance(first_end());
             if transmittance <= frame.transmittance_stop {
                 break;
             }
@@ -160,14 +149,15 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 particle.shape,
                 rotate(particle.orientation, entry_place),
                 rotate(particle.orientation, exit_place),
+                copy_for(particle.radius * pixels_per_radian / max(length(particle.centre), particle.radius)),
             );
             let tau = particle.extinction * 2.0 * h * profile.mean_density;
             let inverse = 0.5 / h;
-            let begin_share = chord_fraction(profile, saturate((visible_begin - near) * inverse));
-            let end_share = chord_fraction(profile, saturate((visible_end - near) * inverse));
+            let before = bins_before(profile.low, profile.high, saturate((visible_begin - near) * inverse));
+            let after = bins_before(profile.low, profile.high, saturate((visible_end - near) * inverse));
 
             var in: SourceInputs;
-            let visible_tau = tau * (end_share - begin_share);
+            let visible_tau = tau * (after - before) * profile.inverse_sum;
             let t = mix(visible_begin, visible_end, mean_scatter_fraction(visible_tau));
             in.place = (t * dir - particle.centre) / particle.radius;
             in.scattered = scattering_source(entry_place, dir, frame.sun.xyz, particle.optical_radius);
@@ -179,17 +169,24 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             let source = source_function(lights[index], in);
             lookups += 2u;
 
-            chord_begin[open] = max(visible_begin, cursor);
-            // Behind the cursor only when a small PENDING forced it there: the matter then lies
-            // just behind the cursor, in no length at all.
-            chord_end[open] = max(visible_end, chord_begin[open] + 1e-5 * max(chord_begin[open], 1.0));
-            chord_near[open] = near;
-            chord_inverse[open] = inverse;
-            chord_tau[open] = tau;
-            chord_shape[open] = profile;
-            chord_done[open] = begin_share;
-            chord_source[open] = source;
-            open++;
+            let first = max(visible_begin, cursor);
+            var placed = false;
+            for (var i = 0u; i < PENDING; i++) {
+                if !placed && chord_end[i] <= cursor {
+                    placed = true;
+                    chord_begin[i] = first;
+                    // Behind the cursor only when a small PENDING forced it there: the matter
+                    // then lies just behind the cursor, in no length at all.
+                    chord_end[i] = max(visible_end, first + 1e-5 * max(first, 1.0));
+                    chord_near[i] = near;
+                    chord_inverse[i] = inverse;
+                    chord_tau[i] = tau * profile.inverse_sum;
+                    chord_low[i] = profile.low;
+                    chord_high[i] = profile.high;
+                    chord_done[i] = before;
+                    chord_source[i] = source;
+                }
+            }
         }
         advance(FAR);
         atomicAdd(&counts[0], lookups);

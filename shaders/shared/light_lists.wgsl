@@ -3,7 +3,7 @@
 #define_import_path cumuli::light_lists
 
 #import cumuli::gpu_data::{LightView, Particle}
-#import cumuli::optical_depth::{chord_fraction, chord_profile}
+#import cumuli::optical_depth::{chord_step, step_fraction}
 #import cumuli::quaternion::rotate
 
 // Optical depth on the two sides of a point on a line of light.
@@ -38,10 +38,10 @@ fn particle_occlusion(particle: Particle, towards: vec3<f32>, point: vec3<f32>) 
     // From the light's end of the chord to the far end.
     let light_end = rotate(particle.orientation, (across + h * towards) / particle.radius);
     let far_end = rotate(particle.orientation, (across - h * towards) / particle.radius);
-    let profile = chord_profile(particle.shape, light_end, far_end);
+    let profile = chord_step(particle.shape, light_end, far_end);
     let tau = particle.extinction * 2.0 * h * profile.mean_density;
     let t = clamp((h - along) / (2.0 * h), 0.0, 1.0); // 0: the point lies before the chord
-    let share = chord_fraction(profile, t);
+    let share = step_fraction(profile, t);
     result.front = tau * share;
     result.behind = tau * (1.0 - share);
     return result;

@@ -2,7 +2,7 @@
 // numbers mean: src/tables/sample.rs.
 
 #import cumuli::numerics::opacity
-#import cumuli::optical_depth::{chord_profile, chord_fraction}
+#import cumuli::optical_depth::chord_part
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::scattering::scattering_source
 
@@ -39,10 +39,10 @@ fn sample(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let ray = rays[id.x];
     let chord = max(-2.0 * dot(ray.entry, ray.dir), 0.0);
-    let profile = chord_profile(ray.shape, ray.entry, ray.entry + chord * ray.dir);
-    let whole = ray.optical_radius * chord * profile.mean_density;
-    let before = chord_fraction(profile, ray.begin);
-    let tau = whole * max(chord_fraction(profile, ray.end) - before, 0.0);
+    let matter = chord_part(ray.shape, ray.entry, ray.entry + chord * ray.dir, ray.begin, ray.end);
+    let whole = ray.optical_radius * chord * matter.x;
+    let before = matter.y;
+    let tau = whole * max(matter.z - before, 0.0);
     let opaque = opacity(tau) * exp(-whole * before);
     let source = scattering_source(ray.entry, ray.dir, ray.sun, ray.source_radius);
     let once = phase_between(phase, ray.dir, ray.sun);

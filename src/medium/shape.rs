@@ -3,8 +3,9 @@
 //! D is *defined* as a density volume of [`VOLUME_NODES`]^3 values with trilinear filtering,
 //! filled once from a noise formula. The bake, the path tracer and a shader then integrate the very same
 //! function, quickly; a formula evaluated directly would differ from its filtered copy by more
-//! than the tables' errors, and costs five octaves of noise a sample. The values are rounded to
-//! f16, so that a copy in a half-float texture is the same function too.
+//! than the tables' errors, and costs four octaves of noise a sample. The values are rounded to
+//! 8 bits, and these to half floats, so that a file of bytes and a texture of half floats are the
+//! same function too.
 //!
 //! Two kinds of noise shape. *Soft*: a metaball falloff plus fractal noise through a soft
 //! threshold: wisps and rags. *Pyroclastic*: billowy noise (sums of |Perlin|, round bulges between
@@ -24,9 +25,21 @@ use crate::error::{Error, Result};
 pub const VOLUME_NODES: usize = 64;
 /// Length of a cell of the density volume, in radii.
 pub const VOLUME_CELL: f64 = 2.0 / (VOLUME_NODES - 1) as f64;
+/// The byte that stands for density 1.
+const VOLUME_FULL: f32 = 255.0;
 /// Version of the formulas below; part of every table's parameters, so that a table baked from
 /// other formulas is not taken for a fresh one.
-pub const FORMULA_VERSION: u32 = 1;
+pub const FORMULA_VERSION: u32 = 2;
+
+/// The byte that holds a density.
+pub fn volume_byte(density: f32) -> u8 {
+    (density * VOLUME_FULL).round() as u8
+}
+
+/// The density that a byte holds.
+pub fn volume_density(byte: u8) -> half::f16 {
+    half::f16::from_f32(f32::from(byte) / VOLUME_FULL)
+}
 
 /// Octaves of noise: the finest has 2 to 3 volume cells a wavelength's half, finer would alias.
 const OCTAVES: usize = 4;
@@ -131,7 +144,7 @@ impl Shape {
             .map(|i| {
                 let at = |k: usize| k as f64 * VOLUME_CELL - 1.0;
                 let x = DVec3::new(at(i % n), at(i / n % n), at(i / (n * n)));
-                half::f16::from_f64(formula.density(x)).to_f32()
+                volume_density(volume_byte(formula.density(x) as f32)).to_f32()
             })
             .collect();
         let majorant = volume.iter().fold(0.0f32, |a, b| a.max(*b));

@@ -3,6 +3,7 @@
 //! The entry `cumuli` holds the [`Description`] as JSON. It is the only one, since safetensors
 //! orders several at random and equal tables shall have equal bytes. Tensors:
 //!
+//! - `density.NAME`, u8, `[z, y, x]`: the density volume of a shape over -1..1, 255 is density 1.
 //! - `optical_depth.NAME`, u32, `[direction v, direction u, disc v, disc u]`: texels of
 //!   `optical_depth::encoding` at the places of `optical_depth::mapping`.
 //! - `scattering.PHASE@ALBEDO`, f16 or f32, `[optical radius, incidence, azimuth, view-sun angle, 2]`:
@@ -22,9 +23,11 @@ use super::TableSet;
 use super::description::{Description, MediumDescription};
 use super::fingerprint::Fingerprint;
 use super::header::{self, ENTRY, LENGTH_BYTES, one_line};
+use super::optical_depth::volume::DensityVolume;
 use super::optical_depth::{Grid, OpticalDepthTable};
 use super::scattering::{self, Precision, ScatteringTable};
 use crate::error::{Error, Result};
+use crate::medium::shape::VOLUME_NODES;
 use crate::medium::{Phase, ShapeSpec};
 
 /// Largest file that is read: 20 times the largest set worth baking.
@@ -80,6 +83,8 @@ pub(super) fn write(tables: &TableSet) -> Result<Vec<u8>> {
         shape.reverse();
         let bytes: Vec<u8> = table.texels().iter().flat_map(|t| t.to_le_bytes()).collect();
         tensors.push((shape_name(table.spec()), Dtype::U32, shape.to_vec(), bytes));
+        let volume = table.volumes()[0].bytes().to_vec();
+        tensors.push((density_name(table.spec()), Dtype::U8, vec![VOLUME_NODES; 3], volume));
     }
     for table in tables.scattering() {
         let [radii, incidences, azimuths, angles] = table.resolution();
@@ -126,9 +131,15 @@ pub(super) fn read(bytes: &[u8], place: &str) -> Result<TableSet> {
         values.add(data);
         let (texels, _) = data.as_chunks::<TEXEL_BYTES>();
         let texels = texels.iter().map(|t| u32::from_le_bytes(*t)).collect();
-        let (grid, errors) = (Grid { nodes: [n, n, m, m] }, entry.errors.clone());
-        let mean_density = entry.mean_density;
-        let table = OpticalDepthTable::from_parts(entry.shape, mean_density, grid, texels, errors);
+        let grid = Grid { nodes: [n, n, m, m] };
+        let name = density_name(entry.shape);
+        let field = |message: String| Error::input(format!("{place}: {name}"), message);
+        let data = tensor(&tensors, &name, Dtype::U8, &[VOLUME_NODES; 3]).map_err(field)?;
+        values.add(data);
+        let table = DensityVolume::from_bytes(data.to_vec()).and_then(|volume| {
+            let (mean, errors) = (entry.mean_density, entry.errors.clone());
+            OpticalDepthTable::from_parts(entry.shape, mean, volume, grid, texels, errors)
+        });
         optical_depth.push(table.map_err(|e| Error::input(place, e.to_string()))?);
     }
     let mut scattering = Vec::with_capacity(description.scattering.media.len());
@@ -160,7 +171,7 @@ pub(super) fn read(bytes: &[u8], place: &str) -> Result<TableSet> {
         };
         scattering.push(table.map_err(|e| Error::input(place, e.to_string()))?);
     }
-    if tensors.len() != optical_depth.len() + scattering.len() {
+    if tensors.len() != 2 * optical_depth.len() + scattering.len() {
         return refuse("there are tensors that the description does not name");
     }
     if values.to_string() != description.values {
@@ -190,6 +201,10 @@ fn tensor<'a>(
 
 fn shape_name(shape: ShapeSpec) -> String {
     format!("optical_depth.{shape}")
+}
+
+fn density_name(shape: ShapeSpec) -> String {
+    format!("density.{shape}")
 }
 
 fn scattering_name(phase: &Phase, albedo: f64) -> String {

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
+use glam::DVec3;
+
 use super::defaults::{default_media, default_shapes};
 use super::description::Description;
 use super::optical_depth::bake::check_shape;
-use super::optical_depth::{ChordProfile, OpticalDepthOptions, OpticalDepthTable};
+use super::optical_depth::{ChordProfile, ChordStep, OpticalDepthOptions, OpticalDepthTable};
 use super::parts::Parts;
 use super::progress::{Progress, Whole};
 use super::scattering::{ScatteringOptions, ScatteringTable};
@@ -102,6 +104,8 @@ impl TableSet {
     /// Writes a table file, whole or not at all.
     pub fn save(&self, path: &Path) -> Result<()> {
         let bytes = file::write(self)?;
+        // What cannot be read again is found out now, not when it is needed.
+        file::read(&bytes, &path.display().to_string())?;
         crate::output::sweep(path);
         crate::output::write_atomically(path, |out| out.write_all(&bytes))
     }
@@ -251,13 +255,28 @@ impl TableSet {
         }
     }
 
-    /// What the tables know of the chord between two points of the unit sphere, in the axes of
-    /// the particle; the twin of `chord_profile` in the shader.
-    pub fn chord_profile(&self, shape: u32, entry: glam::DVec3, exit: glam::DVec3) -> ChordProfile {
-        match self.table(shape) {
-            Some(table) => table.profile(entry, exit),
-            None => ChordProfile::UNIFORM,
-        }
+    /// The best that the tables know of the chord between two points of the unit sphere, in the
+    /// axes of the particle; the twin of `chord_profile` in the shader.
+    pub fn chord_profile(&self, shape: u32, entry: DVec3, exit: DVec3) -> ChordProfile {
+        let table = self.table(shape);
+        table.map_or(ChordProfile::UNIFORM, |table| table.profile(entry, exit, 0))
+    }
+
+    /// The same from a filtered copy of the density: `optical_depth::volume::copy_for` says which.
+    pub fn copied_profile(
+        &self,
+        shape: u32,
+        entry: DVec3,
+        exit: DVec3,
+        copy: usize,
+    ) -> ChordProfile {
+        let table = self.table(shape);
+        table.map_or(ChordProfile::UNIFORM, |table| table.profile(entry, exit, copy))
+    }
+
+    /// A quick answer for lines of light; the twin of `chord_step` in the shader.
+    pub fn chord_step(&self, shape: u32, entry: DVec3, exit: DVec3) -> ChordStep {
+        self.table(shape).map_or(ChordStep::UNIFORM, |table| table.step(entry, exit))
     }
 
     /// The tables of the noise shapes; shape 1 is the first.

@@ -31,17 +31,21 @@ impl TableSet {
         ];
         for (table, shape) in self.optical_depth().iter().zip(&depth.shapes) {
             lines.push(format!(
-                "  {}: mean density {:.4}, {:.2} MiB; error of transmittance on {} random chords:",
+                "  {}: mean density {:.4}, 4D table {:.2} MiB, density volume {:.2} MiB; error of \
+                 transmittance on {} random chords:",
                 shape.shape,
                 shape.mean_density,
                 mib(table.texels().len() * TEXEL_BYTES),
+                mib(table.volumes()[0].bytes().len()),
                 shape.errors.rays,
             ));
-            for e in &shape.errors.depths {
-                lines.push(format!(
-                    "    central optical depth {:>2}: RMS {:.4}, 99 % below {:.4}; parts of chords RMS {:.4} (shared by length {:.4})",
+            for (way, depths) in [("volume", &shape.errors.depths), ("table", &shape.errors.table)]
+            {
+                lines.extend(depths.iter().map(|e| format!(
+                    "    {way:>6}, central optical depth {:>2}: RMS {:.4}, 99 % below {:.4}; parts \
+                     of chords RMS {:.4} (shared by length {:.4})",
                     e.central_depth, e.rms, e.p99, e.part_rms, e.part_rms_by_length
-                ));
+                )));
             }
         }
         for (table, medium) in self.scattering().iter().zip(&description.scattering.media) {

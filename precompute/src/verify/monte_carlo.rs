@@ -12,6 +12,9 @@ use super::{Effort, draws};
 /// Radiance of a ray: target 1 % of its total, or the noise of the reference where that is larger.
 const RADIANCE: f64 = 0.01;
 
+/// Radiance that passes for none: a table of logarithms has no 0.
+const DARK: f64 = 1e-9;
+
 /// All rows of one medium; `step` is called after each ray.
 pub fn rows(table: &ScatteringTable, effort: &Effort, step: impl Fn() + Sync) -> Vec<Row> {
     let radii = effort.radii(table);
@@ -51,7 +54,7 @@ fn compare(table: &ScatteringTable, radius: f64, number: u64, effort: &Effort) -
         worst.add([expected, got], (got / expected - 1.0).abs(), tolerance);
     } else {
         // Albedo 0: no light, and none may be invented.
-        worst.add([0.0, got], got.abs(), f64::MIN_POSITIVE);
+        worst.add([0.0, got], got.abs(), DARK);
     }
     worst
 }

@@ -57,6 +57,36 @@ fn single_precision_is_stored_and_read() {
     }
 }
 
+/// Extremes of what is accepted: each gives a file that can be read, or a sentence and no file.
+#[test]
+fn extreme_media_are_baked_or_refused() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    for (number, options) in [
+        ["--phase=hg:0.5", "--albedo=0"],
+        ["--phase=hg:0.999", "--albedo=1"],
+        ["--phase=hg:-0.95", "--albedo=1"],
+        ["--phase=mie:50um", "--albedo=1e-9"],
+    ]
+    .iter()
+    .enumerate()
+    {
+        let path = dir.path().join(number.to_string());
+        let out = format!("--out={}", path.display());
+        let shape = ["--shapes=soft-9", "--disc=4", "--direction=4", "--rays=1"];
+        let table = ["--scattering=2,3,3,4", "--optical-radius=0.5,1", "--remainder=0.1"];
+        let output = precompute(&[&["bake", &out], &options[..], &shape[..], &table[..]].concat());
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        if output.status.success() {
+            let tables = cumuli::tables::TableSet::load(&path).expect("tables");
+            assert!(tables.scattering()[0].values().iter().all(|v| v.is_finite()), "{options:?}");
+        } else {
+            let last = told.lines().last().expect("a sentence");
+            assert!(last.contains("no solution") && !path.exists(), "{options:?}: {told}");
+        }
+    }
+    assert!(dir.path().join("0").exists(), "albedo 0 is nothing special");
+}
+
 #[test]
 fn bad_input_is_one_sentence_and_leaves_nothing() {
     let dir = tempfile::tempdir().expect("a temporary folder");

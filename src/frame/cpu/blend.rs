@@ -8,6 +8,7 @@ use super::lighting::{SourceInputs, source_function};
 use crate::frame::gpu_data::{FrameUniforms, Particle, ParticleLight};
 use crate::medium::PreparedPhase;
 use crate::tables::optical_depth::ChordProfile;
+use crate::tables::optical_depth::volume::copy_for;
 use crate::tables::{ScatteringTable, TableSet};
 
 /// Part of a ray within one particle.
@@ -98,10 +99,13 @@ impl ChordInputs<'_> {
         }
         let place = |distance: f64| (distance * dir - centre) / radius;
         let turn = DQuat::from_array(particle.orientation.map(f64::from));
-        let profile = self.tables.chord_profile(
+        let pixels_per_radian =
+            0.5 * f64::from(self.frame.size[0]) / vector(&self.frame.right).length();
+        let profile = self.tables.copied_profile(
             particle.shape,
             turn * place(near),
             turn * place(near + 2.0 * half),
+            copy_for((radius * pixels_per_radian / centre.length().max(radius)) as f32),
         );
         let length = 2.0 * half;
         let optical_depth =

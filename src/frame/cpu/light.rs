@@ -33,7 +33,7 @@ pub fn particle_occlusion(
     let half = square.sqrt();
     let to_own = DQuat::from_array(particle.orientation.map(f64::from));
     let end = |sign: f64| to_own * ((across + sign * half * towards) / radius);
-    let profile = tables.chord_profile(particle.shape, end(1.0), end(-1.0));
+    let profile = tables.chord_step(particle.shape, end(1.0), end(-1.0));
     let tau = f64::from(particle.extinction) * 2.0 * half * f64::from(profile.mean_density);
     let share = f64::from(profile.fraction(((half - along) / (2.0 * half)) as f32));
     Occlusion { front: tau * share, behind: tau * (1.0 - share) }

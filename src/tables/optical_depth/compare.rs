@@ -7,10 +7,11 @@ use super::bake::weight;
 use super::encoding::{encode, pack, unpack};
 use super::fit::Target;
 use super::grid::{Grid, filtered};
-use super::lookup::ChordProfile;
+use super::lookup::{BINS, ChordStep};
 use super::mapping::{ChordMapping, HemisphereDisc};
-use super::measure::{Answer, OpticalDepthErrors, TestChord, errors};
+use super::measure::{Answer, DepthErrors, TestChord, errors};
 use super::rays::{Draws, Ray, gather, moments};
+use super::volume::DensityVolume;
 use crate::medium::Shape;
 use crate::tables::progress::Silent;
 
@@ -20,10 +21,15 @@ pub enum Way {
     /// The original: linear angles, plain mean densities in f16 (no second number), sampled at the
     /// nodes; parts of chords shared by length.
     Original,
-    /// A mapping with the texels of the table files.
+    /// A mapping with the texels of the table files: the mean and where the matter begins and ends.
     Table(Mapping, Values),
-    /// No 4D table: so many steps through the density volume, in f16.
+    /// So many steps through the density volume, which has one size; parts by the same steps.
     March(usize),
+    /// The exact mean density, and one smooth step with the first two moments of the matter for
+    /// parts: the best that the texels could do.
+    ExactStep,
+    /// The exact mean densities of so many equal parts.
+    ExactParts(usize),
 }
 
 /// The mappings.
@@ -58,19 +64,16 @@ const SEED: u64 = 1;
 pub struct Outcome {
     /// Bytes of the table, at most those asked for.
     pub bytes: usize,
-    /// Nodes along each axis; none for a march.
+    /// Nodes along each axis; none where nothing is tabulated.
     pub nodes: Option<[usize; 4]>,
     /// Errors of transmittance.
-    pub errors: OpticalDepthErrors,
+    pub errors: Vec<DepthErrors>,
 }
 
 impl Way {
-    /// All ways, the original first and that of the table files last.
-    pub const ALL: [Self; 10] = [
+    /// All tables, the original first and that of the table files last.
+    pub const TABLES: [Self; 7] = [
         Self::Original,
-        Self::March(4),
-        Self::March(8),
-        Self::March(16),
         Self::Table(Mapping::LinearAngles, Values::Sampled),
         Self::Table(Mapping::LinearAngles, Values::Fitted),
         Self::Table(Mapping::TwoPoints, Values::Sampled),
@@ -79,11 +82,37 @@ impl Way {
         Self::Table(Mapping::HemisphereDisc, Values::Fitted),
     ];
 
+    /// Ways without a choice of size; the march of the frame last.
+    pub const OTHERS: [Self; 10] = [
+        Self::ExactStep,
+        Self::ExactParts(4),
+        Self::ExactParts(8),
+        Self::ExactParts(12),
+        Self::ExactParts(21),
+        Self::March(4),
+        Self::March(8),
+        Self::March(12),
+        Self::March(16),
+        Self::March(BINS),
+    ];
+
+    /// Fetches from 3D textures for one chord, as the frame would do it; none where only an answer
+    /// without table errors is of interest.
+    pub fn fetches(&self) -> Option<usize> {
+        match *self {
+            Self::Original | Self::Table(..) => Some(2),
+            Self::March(steps) => Some(steps),
+            Self::ExactStep | Self::ExactParts(_) => None,
+        }
+    }
+
     /// In a few words.
     pub fn name(&self) -> String {
         match self {
             Self::Original => "linear angles, densities".to_owned(),
-            Self::March(steps) => format!("{steps} steps, no table"),
+            Self::March(steps) => format!("march of {steps} steps"),
+            Self::ExactStep => "exact, parts by one smooth step".to_owned(),
+            Self::ExactParts(parts) => format!("exact, {parts} equal parts"),
             Self::Table(mapping, values) => {
                 let values = match values {
                     Values::Sampled => "sampled",
@@ -110,10 +139,38 @@ impl Way {
             errors,
         };
         match *self {
-            Self::March(steps) => Outcome {
-                bytes: shape.volume().len() * HALF_BYTES,
+            Self::March(steps) => {
+                let volume = DensityVolume::of(shape);
+                Outcome {
+                    bytes: volume.bytes().len(),
+                    nodes: Some([volume.nodes(), volume.nodes(), volume.nodes(), 1]),
+                    errors: errors(chords, central_matter, |chord| {
+                        let density = |t| volume.density(chord.entry.lerp(chord.exit, t).as_vec3());
+                        by_parts(chord, steps, |bin| {
+                            density((bin as f64 + 0.5) / steps as f64).into()
+                        })
+                    }),
+                }
+            }
+            Self::ExactParts(parts) => Outcome {
+                bytes: 0,
                 nodes: None,
-                errors: errors(chords, central_matter, |chord| march(shape, steps, chord)),
+                errors: errors(chords, central_matter, |chord| {
+                    let mut means = vec![0.0; parts];
+                    shape.segment_means(chord.entry, chord.exit, &mut means);
+                    by_parts(chord, parts, |bin| means[bin])
+                }),
+            },
+            Self::ExactStep => Outcome {
+                bytes: 0,
+                nodes: None,
+                errors: errors(chords, central_matter, |chord| {
+                    let [entry, exit] = [chord.entry, chord.exit].map(|p| p.as_vec3());
+                    let step = encode(&moments(shape.volume(), entry, exit));
+                    let share = Answer::of_step(&ChordStep::decode(step, false), chord);
+                    let part = share.part_matter * chord.mean / share.mean.max(1e-9);
+                    Answer { mean: chord.mean, part_matter: part }
+                }),
             },
             Self::Original => {
                 let grid = Mapping::LinearAngles.grid(bytes / HALF_BYTES);
@@ -138,7 +195,7 @@ impl Way {
                 let answer = |chord: &TestChord| {
                     let place = mapping.place(chord.entry, chord.exit);
                     let found = filtered(&grid, place.at, |node| channels[node]);
-                    Answer::of(&ChordProfile::decode(found, place.reversed), chord)
+                    Answer::of_step(&ChordStep::decode(found, place.reversed), chord)
                 };
                 outcome(TEXEL_BYTES, grid, errors(chords, central_matter, answer))
             }
@@ -204,6 +261,11 @@ fn sample(
         .collect()
 }
 
+/// Most random chords of a fit, 48 bytes each: larger tables get fewer a cell, at least
+/// [`LEAST_PER_CELL`]; of 8 and 4 a cell at 4 MiB the error differs by 3 %.
+const MOST_RAYS: usize = 12_000_000;
+const LEAST_PER_CELL: usize = 3;
+
 fn fitted(
     shape: &Shape,
     mapping: &dyn ChordMapping,
@@ -211,6 +273,7 @@ fn fitted(
     per_cell: usize,
     central_matter: f64,
 ) -> Vec<Vec4> {
+    let per_cell = per_cell.min((MOST_RAYS / grid.len()).max(LEAST_PER_CELL));
     let target = |ray: &Ray| {
         let value = encode(&ray.density);
         Target { value, weight: weight(ray, value, central_matter as f32) }
@@ -219,13 +282,15 @@ fn fitted(
     gather(shape, mapping, &draws, target, &Silent).fit(ITERATIONS, || ())
 }
 
-/// Midpoints of equal steps, of the whole and of the part.
-fn march(shape: &Shape, steps: usize, chord: &TestChord) -> Answer {
-    let mean = |from: f64, to: f64| {
-        let place = |i: usize| from + (to - from) * (i as f64 + 0.5) / steps as f64;
-        let points = (0..steps).map(|i| chord.entry.lerp(chord.exit, place(i)));
-        points.map(|p| shape.density(p)).sum::<f64>() / steps as f64
-    };
-    let [from, to] = chord.part;
-    Answer { mean: mean(0.0, 1.0), part_matter: mean(from, to) * (to - from) }
+/// The matter of a chord and of its part from the mean densities of so many equal parts.
+fn by_parts(chord: &TestChord, parts: usize, mean: impl Fn(usize) -> f64) -> Answer {
+    let [from, to] = chord.part.map(|t| t * parts as f64);
+    let mut answer = Answer::default();
+    for bin in 0..parts {
+        let density = mean(bin) / parts as f64;
+        let covered = |t: f64| (t - bin as f64).clamp(0.0, 1.0);
+        answer.mean += density;
+        answer.part_matter += density * (covered(to) - covered(from));
+    }
+    answer
 }

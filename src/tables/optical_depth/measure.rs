@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::lookup::ChordProfile;
+use super::lookup::{ChordProfile, ChordStep};
 use super::random::Stream;
 use crate::medium::Shape;
 
@@ -26,13 +26,15 @@ pub struct DepthErrors {
     pub part_rms_by_length: f64,
 }
 
-/// Errors at all [`CENTRAL_DEPTHS`].
+/// Errors at all [`CENTRAL_DEPTHS`], of both answers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct OpticalDepthErrors {
     /// Random chords they were measured on.
     pub rays: u64,
-    /// One for each central optical depth.
+    /// Of the marched profiles: one for each central optical depth.
     pub depths: Vec<DepthErrors>,
+    /// Of the 4D table: one for each central optical depth.
+    pub table: Vec<DepthErrors>,
 }
 
 /// A random chord with its exact answers.
@@ -101,10 +103,19 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// By a table's profile of the chord.
+    /// By a profile of the chord.
     pub fn of(profile: &ChordProfile, chord: &TestChord) -> Self {
-        let [from, to] = chord.part.map(|t| profile.fraction(t as f32));
-        let mean = f64::from(profile.mean_density);
+        Self::shared(profile.mean_density, chord, |t| profile.fraction(t))
+    }
+
+    /// By the 4D table.
+    pub fn of_step(step: &ChordStep, chord: &TestChord) -> Self {
+        Self::shared(step.mean_density, chord, |t| step.fraction(t))
+    }
+
+    fn shared(mean: f32, chord: &TestChord, fraction: impl Fn(f32) -> f32) -> Self {
+        let [from, to] = chord.part.map(|t| fraction(t as f32));
+        let mean = f64::from(mean);
         Self { mean, part_matter: mean * f64::from(to - from) }
     }
 }
@@ -114,9 +125,9 @@ pub fn errors(
     chords: &[TestChord],
     central_matter: f64,
     answer: impl Fn(&TestChord) -> Answer + Sync + Send,
-) -> OpticalDepthErrors {
+) -> Vec<DepthErrors> {
     let answers: Vec<Answer> = chords.par_iter().map(answer).collect();
-    let depths = CENTRAL_DEPTHS
+    CENTRAL_DEPTHS
         .map(|central_depth| {
             // Extinction times radius.
             let scale = central_depth / central_matter;
@@ -144,6 +155,5 @@ pub fn errors(
                 part_rms_by_length: (by_length / n).sqrt(),
             }
         })
-        .to_vec();
-    OpticalDepthErrors { rays: chords.len() as u64, depths }
+        .to_vec()
 }

@@ -4,20 +4,22 @@ use glam::DVec3;
 
 use super::encoding::{UNUSED, unpack};
 use super::grid::{Grid, filtered};
-use super::lookup::ChordProfile;
+use super::lookup::{ChordProfile, ChordStep};
 use super::mapping::{ChordMapping, HemisphereDisc};
 use super::measure::OpticalDepthErrors;
+use super::volume::DensityVolume;
 use crate::error::{Error, Result};
 use crate::medium::ShapeSpec;
 
 /// Fewest and most nodes along an axis: fewer is no table, more do not fit into a texture.
 pub const NODES: std::ops::RangeInclusive<usize> = 4..=64;
 
-/// Mean densities of the parts of all chords of one noise shape.
+/// What is known of the chords of one noise shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpticalDepthTable {
     spec: ShapeSpec,
     mean_density: f64,
+    volumes: Vec<DensityVolume>,
     grid: Grid,
     texels: Vec<u32>,
     errors: OpticalDepthErrors,
@@ -28,6 +30,7 @@ impl OpticalDepthTable {
     pub fn from_parts(
         spec: ShapeSpec,
         mean_density: f64,
+        volume: DensityVolume,
         grid: Grid,
         texels: Vec<u32>,
         errors: OpticalDepthErrors,
@@ -51,7 +54,7 @@ impl OpticalDepthTable {
         if !(mean_density > 0.0 && mean_density <= 1.0) {
             return refuse(format!("expected a mean density in 0..1, found {mean_density}"));
         }
-        Ok(Self { spec, mean_density, grid, texels, errors })
+        Ok(Self { spec, mean_density, volumes: volume.with_copies(), grid, texels, errors })
     }
 
     /// Kind and seed of the shape.
@@ -64,12 +67,18 @@ impl OpticalDepthTable {
         self.mean_density
     }
 
-    /// Nodes along the axes: two of the place on the disc, two of the direction.
+    /// The density, and its filtered copies, each of half the nodes of the one before along each
+    /// edge.
+    pub fn volumes(&self) -> &[DensityVolume] {
+        &self.volumes
+    }
+
+    /// Nodes along the axes of the 4D table: two of the place on the disc, two of the direction.
     pub fn grid(&self) -> Grid {
         self.grid
     }
 
-    /// The packed values, the first axis of the grid fastest.
+    /// The packed values of the 4D table, the first axis of the grid fastest.
     pub fn texels(&self) -> &[u32] {
         &self.texels
     }
@@ -83,12 +92,19 @@ impl OpticalDepthTable {
         self.errors = errors;
     }
 
-    /// Answers for the chord between two points of the unit sphere, as the shader does.
-    pub fn profile(&self, entry: DVec3, exit: DVec3) -> ChordProfile {
+    /// The good answer for the chord between two points of the unit sphere, or that of a filtered
+    /// copy of the density; 0 is the density itself.
+    pub fn profile(&self, entry: DVec3, exit: DVec3, copy: usize) -> ChordProfile {
+        let copy = copy.min(self.volumes.len() - 1);
+        ChordProfile::march(&self.volumes[copy], entry.as_vec3(), exit.as_vec3())
+    }
+
+    /// The quick answer, from the 4D table.
+    pub fn step(&self, entry: DVec3, exit: DVec3) -> ChordStep {
         let place = HemisphereDisc.place(entry, exit);
         let channels = filtered(&self.grid, place.at, |node| {
             unpack(self.texels.get(node).copied().unwrap_or_default())
         });
-        ChordProfile::decode(channels, place.reversed)
+        ChordStep::decode(channels, place.reversed)
     }
 }

@@ -183,6 +183,13 @@ impl ScatteringTable {
         phase.check()?;
         options.check(albedo)?;
         let (values, report) = bake::bake(&phase, albedo, options, progress);
+        let solved = report.radii.iter().all(|radius| radius.residual.is_finite());
+        if !solved || values.iter().any(|v| !v.is_finite()) {
+            return Err(Error::Failed(format!(
+                "scattering of {phase} with albedo {albedo}: the solver found no solution; more nodes \
+                 of the view-sun angle or a less peaked phase function may do"
+            )));
+        }
         let (resolution, range) = (options.resolution, options.optical_radius);
         match options.precision {
             Precision::F16 => {

@@ -41,7 +41,8 @@ pub fn iterate(
         let residual = difference(&image, &x);
         let weight = weights(&image);
         let size = (dot(&residual, &residual, &weight) / x.len() as f64).sqrt();
-        if size < tolerance || steps >= most {
+        // What is no number stays so.
+        if size < tolerance || size.is_nan() || steps >= most {
             return (image, Convergence { steps, residual: size });
         }
         if let Some(before) = before {

@@ -263,7 +263,9 @@ impl Solver {
                 .par_chunks_exact(outputs)
                 .map(|v| (v.iter().sum::<f32>() / outputs as f32).abs())
                 .collect();
-            let least = DARKEST * means.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+            let brightest = means.iter().copied().fold(0.0, f32::max);
+            // Without any light, as at albedo 0, there is nothing to weigh; its inverse is finite.
+            let least = (DARKEST * brightest).max(f32::MIN_POSITIVE);
             means.into_iter().map(|mean| 1.0 / mean.max(least)).collect()
         };
         let (values, convergence) =
