@@ -3,7 +3,7 @@
 use crate::medium::{Phase, ShapeKind, ShapeSpec};
 
 /// The noise shapes of the built-in tables, in the order of their indices from 1 on: both kinds,
-/// different seeds. One MiB each.
+/// different seeds. 1.1 MiB each.
 pub fn default_shapes() -> Vec<ShapeSpec> {
     let shape = |kind, seed| ShapeSpec { kind, seed };
     vec![

@@ -60,8 +60,6 @@ const LEAST_SOURCE: f64 = 1e-12;
 /// Chords with a lesser cosine of incidence are not in the report: it is that of the impact
 /// parameter 0.95.
 const GRAZING: f64 = 0.3122;
-/// No path in the unit sphere is longer.
-const LONGEST_PATH: f64 = 2.0;
 
 /// The values of a table in its layout, as f64, and the report.
 ///
@@ -90,9 +88,7 @@ pub fn bake(
         progress.advance(1);
     }
     middle::between_chords(&mut values, options.resolution, &[0]);
-    for path in values.iter_mut().step_by(CHANNELS) {
-        *path = path.clamp(0.0, LONGEST_PATH);
-    }
+    middle::join_azimuths(&mut values, options.resolution);
     (values, report)
 }
 
