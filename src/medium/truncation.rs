@@ -62,9 +62,9 @@ mod tests {
         {
             let t = Truncation::new(&phase);
             let m = phase.legendre_moments(3);
-            for l in 1..=2 {
-                let both = t.peak + (1.0 - t.peak) * t.moments[l - 1];
-                assert!((both - m[l]).abs() < 1e-12, "{phase} {l}");
+            for (whole, rest) in m[1..].iter().zip(t.moments) {
+                let both = t.peak + (1.0 - t.peak) * rest;
+                assert!((both - whole).abs() < 1e-12, "{phase}");
             }
             // Scaling keeps what is absorbed: (1 - albedo) times extinction.
             for albedo in [0.0, 0.7, 1.0] {
