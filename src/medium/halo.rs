@@ -5,7 +5,9 @@
 //! `q_l` (small angles). Taken together, and per unit of optical depth as a source at the place of
 //! one of them:
 //!
-//!     H_l(m) = (exp(-m (1 - q_l)) - exp(-m)) / m        q_l for m = 0
+//! ```text
+//! H_l(m) = (exp(-m (1 - q_l)) - exp(-m)) / m        q_l for m = 0
+//! ```
 //!
 //! in place of `q_l`, which is what the exact phase function in a delta-M scaled medium has (the TMS
 //! correction of Nakajima and Tanaka 1988; the first term of the series in `m` is their IMS).
