@@ -58,9 +58,9 @@ use self::rescatter::{Rescatter, Shape};
 use self::sweep::{Emission, Flights};
 use super::mapping::{Geometry, ViewSunMap, azimuth_angle, incidence_cosine, node};
 use super::report::{RadiusReport, ScatteringReport};
-use super::single::{effective_sun_path, opacity, source_from_within};
+use super::single::{opacity, source_from_within};
 use super::terminator::Terminator;
-use super::{CHANNELS, ScatteringOptions};
+use super::ScatteringOptions;
 use crate::medium::Phase;
 use crate::tables::Progress;
 
@@ -94,7 +94,7 @@ pub fn bake(
     let solver = Solver::new(phase, albedo, views, options.remainder);
     let furnace = furnace::Furnace::new(phase, &map, options.resolution);
     progress.advance(1);
-    let mut values = Vec::with_capacity(options.entries() * CHANNELS);
+    let mut values = Vec::with_capacity(options.entries());
     let mut report = ScatteringReport::default();
     for k in 0..radii {
         let (slice, of_radius) = solver.slice(options, &furnace, k);
@@ -213,14 +213,13 @@ impl Solver {
             .flat_map_iter(|row| {
                 let (i, azimuth) = (row / azimuths, azimuth_angle(node(row % azimuths, azimuths)));
                 let (emission, grid) = (&emission, &grid);
-                (0..views).flat_map(move |k| {
+                (0..views).map(move |k| {
                     let ray = geometry(i, azimuth, self.views[k]);
-                    let path = effective_sun_path(&ray, optical_radius);
                     let source =
                         gather::gather(emission, grid, &self.rays, &ray, k, optical_radius);
                     let known = opacity(optical_radius)
                         * self.terminator.factor(ray.elevation(), optical_radius);
-                    [path, (source.max(LEAST_SOURCE) / known).ln()]
+                    (source.max(LEAST_SOURCE) / known).ln()
                 })
             })
             .collect();
@@ -228,9 +227,9 @@ impl Solver {
         middle::between_chords(&mut values, slice, &[2, 3]);
         let mut scales = Vec::new();
         if self.albedo == 1.0 {
-            for (i, rows) in values.chunks_exact_mut(azimuths * views * CHANNELS).enumerate() {
+            for (i, rows) in values.chunks_exact_mut(azimuths * views).enumerate() {
                 let [_, multiple] = furnace.integrals(|a, v| {
-                    let at = |j: usize, k: usize| rows[(j * views + k) * CHANNELS + 1];
+                    let at = |j: usize, k: usize| rows[j * views + k];
                     let line =
                         |j: usize| at(j, v.index) + v.share * (at(j, v.index + 1) - at(j, v.index));
                     let (low, high) = (line(a.index), line(a.index + 1));
@@ -242,7 +241,7 @@ impl Solver {
                 let incidence = incidence_cosine(node(i, incidences));
                 let once = furnace.single(incidence, optical_radius);
                 let scale = (1.0 - once).max(0.0) / multiple;
-                rows.iter_mut().skip(1).step_by(CHANNELS).for_each(|v| *v += scale.ln());
+                rows.iter_mut().for_each(|v| *v += scale.ln());
                 if incidence >= GRAZING {
                     scales.push(scale);
                 }
