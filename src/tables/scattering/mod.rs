@@ -94,7 +94,7 @@ pub struct ScatteringOptions {
 impl Default for ScatteringOptions {
     fn default() -> Self {
         Self {
-            resolution: [26, 20, 14, 40],
+            resolution: [26, 28, 16, 44],
             optical_radius: [0.05, 100.0],
             remainder: 3e-4,
             precision: Precision::F16,
