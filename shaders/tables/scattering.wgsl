@@ -29,7 +29,7 @@ const SLICE_MARGIN: f32 = 2e-4;
 const DEGENERATE_SINES: f32 = 1e-5;
 // As in mapping.rs and terminator.rs.
 const GRAZING_SHARE: f32 = 0.6;
-const GRAZING_SCALE: f32 = 0.2;
+const GRAZING_SCALE: f32 = 0.13;
 const TERMINATOR_WIDTH: f32 = 0.55;
 // As in march.rs.
 const PIECES: u32 = 12u;

@@ -94,7 +94,7 @@ pub struct ScatteringOptions {
 impl Default for ScatteringOptions {
     fn default() -> Self {
         Self {
-            resolution: [26, 28, 16, 44],
+            resolution: [30, 28, 14, 44],
             optical_radius: [0.05, 100.0],
             remainder: 3e-4,
             precision: Precision::F16,

@@ -102,7 +102,9 @@ pub fn bake(
         report.radii.push(of_radius);
         progress.advance(1);
     }
-    middle::between_chords(&mut values, options.resolution, &[0]);
+    // Along the optical radius all chords bend alike, so the balance of each radius is off as they are:
+    // its greatest error counts.
+    middle::between_chords(&mut values, options.resolution, &[0], middle::LEAST_GREATEST);
     middle::join_azimuths(&mut values, options.resolution);
     (values, report)
 }
@@ -224,7 +226,7 @@ impl Solver {
             })
             .collect();
         let slice = [1, incidences, azimuths, views];
-        middle::between_chords(&mut values, slice, &[2, 3]);
+        middle::between_chords(&mut values, slice, &[2, 3], middle::LEAST_SQUARES);
         let mut scales = Vec::new();
         if self.albedo == 1.0 {
             for (i, rows) in values.chunks_exact_mut(azimuths * views).enumerate() {
@@ -247,7 +249,7 @@ impl Solver {
                 }
             }
         }
-        middle::between_chords(&mut values, slice, &[1]);
+        middle::between_chords(&mut values, slice, &[1], middle::LEAST_SQUARES);
         (values, RadiusReport::new(optical_radius, &convergence, &scales))
     }
 
