@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
+use super::ScatteringTable;
 use super::mapping::{Coordinates, Geometry, RadiusMap, azimuth_coordinate, incidence_coordinate};
 use super::march::single_source;
 use super::single::opacity;
-use super::ScatteringTable;
 
 /// Part of a slice by which f32 may misplace a fetch among the most slices of a texture.
 const SLICE_MARGIN: f64 = 2e-4;

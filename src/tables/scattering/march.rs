@@ -89,7 +89,10 @@ mod tests {
                 let tau = 2.0 * incidence * r;
                 let want = tau * (-tau).exp() / opacity(tau);
                 let got = single_source(&g, r);
-                assert!((got - want).abs() <= 1e-9 * want + 1e-300, "{r} {incidence}: {got} {want}");
+                assert!(
+                    (got - want).abs() <= 1e-9 * want + 1e-300,
+                    "{r} {incidence}: {got} {want}"
+                );
             }
         }
     }

@@ -34,9 +34,8 @@ pub fn between_chords(values: &mut [f64], resolution: [usize; 4], axes: &[usize]
 /// Makes rays whose azimuth has no meaning independent of it: those through the centre, into the
 /// sun and away from it. The light is, but moving the nodes by their neighbours is not.
 pub fn join_azimuths(values: &mut [f64], [radii, incidences, azimuths, views]: [usize; 4]) {
-    let at = |i: usize, j: usize, k: usize, l: usize| {
-        ((i * incidences + j) * azimuths + k) * views + l
-    };
+    let at =
+        |i: usize, j: usize, k: usize, l: usize| ((i * incidences + j) * azimuths + k) * views + l;
     for i in 0..radii {
         for j in 0..incidences {
             for l in (0..views).filter(|l| j + 1 == incidences || *l == 0 || l + 1 == views) {

@@ -56,11 +56,12 @@ use self::diffusion::Diffusion;
 use self::grid::{FieldGrid, FieldSize};
 use self::rescatter::{Rescatter, Shape};
 use self::sweep::{Emission, Flights};
+use super::ScatteringOptions;
 use super::mapping::{Geometry, ViewSunMap, azimuth_angle, incidence_cosine, node};
+use super::march::single_source;
 use super::report::{RadiusReport, ScatteringReport};
 use super::single::{opacity, source_from_within};
 use super::terminator::Terminator;
-use super::ScatteringOptions;
 use crate::medium::Phase;
 use crate::tables::Progress;
 
@@ -230,21 +231,23 @@ impl Solver {
         let mut scales = Vec::new();
         if self.albedo == 1.0 {
             for (i, rows) in values.chunks_exact_mut(azimuths * views).enumerate() {
-                let [_, multiple] = furnace.integrals(|a, v| {
+                let [once, multiple] = furnace.integrals(|a, v| {
                     let at = |j: usize, k: usize| rows[j * views + k];
                     let line =
                         |j: usize| at(j, v.index) + v.share * (at(j, v.index + 1) - at(j, v.index));
                     let (low, high) = (line(a.index), line(a.index + 1));
-                    let elevation = geometry(i, a.angle, v.angle).elevation();
+                    let ray = geometry(i, a.angle, v.angle);
+                    let elevation = ray.elevation();
                     let known =
                         opacity(optical_radius) * self.terminator.factor(elevation, optical_radius);
-                    [0.0, known * (low + a.share * (high - low)).exp()]
+                    [
+                        single_source(&ray, optical_radius),
+                        known * (low + a.share * (high - low)).exp(),
+                    ]
                 });
-                let incidence = incidence_cosine(node(i, incidences));
-                let once = furnace.single(incidence, optical_radius);
                 let scale = (1.0 - once).max(0.0) / multiple;
                 rows.iter_mut().for_each(|v| *v += scale.ln());
-                if incidence >= GRAZING {
+                if incidence_cosine(node(i, incidences)) >= GRAZING {
                     scales.push(scale);
                 }
             }
