@@ -238,12 +238,12 @@ impl ScatteringTable {
                 format!("expected {} values, found {}", shape.entries(), values.len()),
             ));
         }
-        // Not finite ones are refused too: no comparison with them holds.
-        let strange = values.iter().find(|v| !(v.to_f64().abs() <= MOST_LOGARITHM));
-        if let Some(value) = strange {
+        // No range contains NaN.
+        let known = -MOST_LOGARITHM..=MOST_LOGARITHM;
+        if let Some(value) = values.iter().find(|v| !known.contains(&v.to_f64())) {
             return Err(Error::input(
                 place(),
-                format!("expected logarithms within ±{MOST_LOGARITHM}, found {value}"),
+                format!("expected finite logarithms within ±{MOST_LOGARITHM}, found {value}"),
             ));
         }
         let map = ViewSunMap::for_phase(&phase);
