@@ -18,5 +18,6 @@ pub mod report;
 pub mod run;
 pub mod session;
 pub mod statistics;
+pub mod summary;
 pub mod tables;
 pub mod variants;

@@ -72,9 +72,9 @@ fn check_runs(bench: &Value) {
     assert_eq!(counter("looking_away", "particles_visible"), [0, 0]);
     assert_eq!(counter("looking_away", "tiles_empty"), [40, 40]);
     assert!(counter("looking_away", "particles_generated").iter().all(|n| *n > 0));
-    let (clear, closed) =
-        (counter("still_animated", "tiles_empty"), counter("overcast", "tiles_empty"));
-    assert!(closed < clear, "{closed:?} {clear:?}");
+    let [clear, closed] =
+        ["still_animated", "overcast"].map(|case| counter(case, "screen_list_entries")[0]);
+    assert!(closed > 2 * clear, "{closed} {clear}");
     let lookups = counter("flight", "table_lookups");
     assert!(lookups.iter().all(|n| *n > 0), "{lookups:?}");
 }

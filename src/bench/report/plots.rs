@@ -60,6 +60,10 @@ pub fn frame_times(runs: &[Run]) -> Result<String> {
     let (first, last) = (all.clone().min().unwrap_or(0), all.max().unwrap_or(1));
     // Room at the right for the names.
     let across = f64::from(first)..f64::from(last) + 0.45 * f64::from((last - first).max(1));
+    let whole = |frame: &f64| match frame.fract() == 0.0 {
+        true => format!("{frame:.0}"),
+        false => String::new(),
+    };
     drawn(SIZE, |area| {
         let mut chart = ChartBuilder::on(area)
             .margin(12)
@@ -69,6 +73,8 @@ pub fn frame_times(runs: &[Run]) -> Result<String> {
             .map_err(failed)?;
         chart
             .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .x_label_formatter(&whole)
             .x_desc("frame")
             .y_desc("ms")
             .label_style((FONT, 14))
@@ -120,6 +126,7 @@ pub fn passes(runs: &[Run]) -> Result<String> {
             .disable_y_mesh()
             .y_labels(4 * runs.len() + 1)
             .y_label_formatter(&label)
+            .light_line_style(TRANSPARENT)
             .x_desc("ms")
             .label_style((FONT, 14))
             .draw()
@@ -170,6 +177,7 @@ pub fn curve(
             .map_err(failed)?;
         chart
             .configure_mesh()
+            .light_line_style(TRANSPARENT)
             .x_desc("ms a frame")
             .y_desc("relMSE")
             .y_label_formatter(&|v| format!("{v:.0e}"))
