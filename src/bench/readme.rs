@@ -40,8 +40,8 @@ fn row(curve: &Curve, point: &Point) -> String {
     let number = |e: Option<PictureError>, of: &dyn Fn(PictureError) -> String| {
         e.map_or_else(|| "-".to_owned(), of)
     };
-    let faster = |kind| {
-        let ratio = curve.speed_up(&point.name, kind, |p| p.algorithm);
+    let faster = |kind, of| {
+        let ratio = curve.speed_up(&point.name, kind, of);
         ratio.map_or_else(|| "-".to_owned(), |v| format!("{v:.1}"))
     };
     let cells = [
@@ -54,8 +54,8 @@ fn row(curve: &Curve, point: &Point) -> String {
         number(point.model, &|e| format!("{:.3}", e.rel_mse_of_noise)),
         number(point.model, &|e| format!("{:.3}", e.flip)),
         number(point.algorithm, &|e| format!("{:.5}", e.rel_mse)),
-        faster(PointKind::March),
-        faster(PointKind::ViewMarch),
+        faster(PointKind::March, |p| p.model),
+        faster(PointKind::ViewMarch, |p| p.algorithm),
     ];
     format!("| {} |", cells.join(" | "))
 }

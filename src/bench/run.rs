@@ -6,7 +6,7 @@ use cpu_time::ProcessTime;
 
 use super::cases::Case;
 use super::record::{Frame, PassSpread, Run, Spread};
-use crate::frame::{Counters, FrameStats, Picture, RenderSettings, Renderer};
+use crate::frame::{Counters, FrameStats, PassTime, Picture, RenderSettings, Renderer};
 use crate::gpu::Gpu;
 use crate::scene::Scene;
 use crate::tables::TableSet;
@@ -135,10 +135,18 @@ fn record(index: u32, case: &Case, stats: FrameStats, times: Times) -> Frame {
 fn add_passes(frame: &mut Frame, stats: FrameStats) -> Result<()> {
     // Buffers that grew in the first flight are large from the second one's beginning.
     let Counters { bytes_resident, attempts, .. } = frame.counters;
-    if (Counters { bytes_resident, attempts, ..stats.counters }) != frame.counters {
-        let (first, second) = (&frame.counters, &stats.counters);
-        let message = format!("frame {} differs: {first:?}, then {second:?}", frame.frame);
-        return Err(Error::Failed(message));
+    let counters = Counters { bytes_resident, attempts, ..stats.counters };
+    let ran = |passes: &[PassTime]| {
+        passes.iter().filter(|p| p.ran).map(|p| p.name.clone()).collect::<Vec<_>>()
+    };
+    let (first, second) = (ran(&frame.passes), ran(&stats.passes));
+    if counters != frame.counters || first != second {
+        let index = frame.frame;
+        return Err(Error::Failed(format!(
+            "frame {index} does other work when it is made again: {:?} {first:?}, then {counters:?} \
+             {second:?}",
+            frame.counters
+        )));
     }
     frame.passes = stats.passes;
     Ok(())
