@@ -12,6 +12,7 @@ fn sequence(folder: &Path) -> Sequence {
             reference: None,
             start_time: 10.0,
             fps: 4.0,
+            path: None,
         },
         frames: FrameRange { start: 0, end: 6 },
         format: Format::Png,
@@ -108,6 +109,7 @@ fn frames_of_other_settings_are_refused_or_replaced_but_never_mixed() {
         |k| k.preset = Some(Preset::High),
         |k| k.reference = Some("64 paths".to_owned()),
         |k| k.fps = 5.0,
+        |k| k.path = Some("a path".to_owned()),
         |k| k.start_time = -1.0,
         |k| k.tables = "other".to_owned(),
     ];
