@@ -13,7 +13,7 @@ use super::truth::Files;
 use crate::error::{Error, Result};
 use crate::output::{FrameRange, Sequence, SequenceKey, fingerprint_of};
 use crate::reference::{Exposure, Film, partial, picture};
-use crate::scene::{Scene, check_time};
+use crate::scene::{CameraPath, Scene, check_time};
 use crate::tables::TableSet;
 
 /// Saving takes at most one part in so many of the time.
@@ -33,6 +33,7 @@ struct Key<'a> {
 struct Work<'a> {
     args: &'a RenderArgs,
     scene: Scene,
+    path: Option<CameraPath>,
     tables: TableSet,
     tables_name: String,
 }
@@ -42,13 +43,15 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let (scene, place) = load_scene(args.scene.as_deref())?;
     let tables_name = tables_name(args.tables.as_deref())?;
     if let Some(frames) = args.frames {
-        let sequence = sequence(args, &scene, &tables_name, frames)?;
-        let work = Work::new(args, scene, &place, tables_name)?;
+        let path = args.path.as_deref().map(CameraPath::load).transpose()?;
+        let sequence = sequence(args, &scene, &tables_name, frames, path.as_ref())?;
+        let mut work = Work::new(args, scene, &place, tables_name)?;
+        work.path = path;
         return work.sequence(&sequence);
     }
     let files = args.truth.files(&args.out)?;
     let work = Work::new(args, scene, &place, tables_name)?;
-    work.picture(&files, args.time, true)?;
+    work.picture(&work.scene, &files, args.time, true)?;
     files.print()
 }
 
@@ -58,6 +61,7 @@ fn sequence(
     scene: &Scene,
     tables: &str,
     frames: FrameRange,
+    path: Option<&CameraPath>,
 ) -> Result<Sequence> {
     // The time of each frame is the sequence's own.
     let exposure = args.truth.exposure(&scene.camera, args.size.0, args.time)?;
@@ -72,6 +76,7 @@ fn sequence(
         reference: Some(reference),
         start_time: args.time,
         fps: args.fps,
+        path: path.map(CameraPath::to_toml).transpose()?,
     };
     let (folder, replace) = (args.out.clone(), args.overwrite);
     let sequence = Sequence { key, frames, format: args.format, folder, replace };
@@ -86,22 +91,27 @@ impl<'a> Work<'a> {
     fn new(args: &'a RenderArgs, scene: Scene, place: &str, tables_name: String) -> Result<Self> {
         let tables = tables_of(args.tables.as_deref())?;
         scene.check_shapes(place, &tables.shape_names().collect::<Vec<_>>())?;
-        Ok(Self { args, scene, tables, tables_name })
+        Ok(Self { args, scene, path: None, tables, tables_name })
     }
 
     fn sequence(&self, sequence: &Sequence) -> Result<()> {
+        let mut scene = self.scene.clone();
         let make = |frame: u32, time: f64, path: &Path| {
             eprint_line(&format!("frame {frame} of {}", sequence.frames));
             // A frame that is there counts as finished: what there is of one stays apart until it is.
-            self.picture(&self.args.truth.frame(path), time, false)
+            if let Some(path) = &self.path {
+                let since_first = f64::from(frame) / sequence.key.fps;
+                scene.camera = path.camera(since_first, &self.scene.camera);
+            }
+            self.picture(&scene, &self.args.truth.frame(path), time, false)
         };
         let report = sequence.run_files(make, |_, _, _| {})?;
         print_report(sequence, report)
     }
 
     /// Makes one picture; `early` writes what there is of it while it goes on.
-    fn picture(&self, files: &Files, time: f64, early: bool) -> Result<()> {
-        let (args, scene) = (self.args, &self.scene);
+    fn picture(&self, scene: &Scene, files: &Files, time: f64, early: bool) -> Result<()> {
+        let args = self.args;
         let partial_path = files.partial()?;
         let exposure = args.truth.exposure(&scene.camera, args.size.0, time)?;
         let key = Key {

@@ -104,7 +104,7 @@ fn frames_of_other_settings_are_refused_or_replaced_but_never_mixed() {
     let report = longer.run(fake, ignore).expect("more frames of the same");
     assert_eq!(report, SequenceReport { kept: 6, written: 2 });
 
-    let changes: [fn(&mut SequenceKey); 6] = [
+    let changes: [fn(&mut SequenceKey); 7] = [
         |k| k.scene.push('!'),
         |k| k.preset = Some(Preset::High),
         |k| k.reference = Some("64 paths".to_owned()),
