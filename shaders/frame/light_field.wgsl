@@ -6,7 +6,7 @@
 
 @group(0) @binding(0) var<uniform> eye: GridEye;
 @group(0) @binding(1) var<uniform> grid: LightGridUniforms;
-@group(0) @binding(2) var<storage, read> sun_transmittance: array<f32>;
+@group(0) @binding(2) var<storage, read> extinction: array<f32>;
 #ifdef ABSORBING
 @group(0) @binding(3) var<storage, read> lights: array<vec2<u32>>; // [direction][cell]
 #else
@@ -44,7 +44,7 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
     // Exactly: the sum of the weights is 1 but for rounding.
     sum.z = 1.0;
 #endif
-    let depth = min(-log(max(sun_transmittance[index], 1e-37)), DEEPEST);
+    
     let slice = grid.level[id.y].low.w;
-    textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), depth));
+    textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), extinction[index]));
 }

@@ -172,7 +172,8 @@ fn sun_inflow(inner: u32, point: vec3<f32>) -> f32 {
         if place.inside {
             var sum = 0.0;
             for (var corner = 0u; corner < 8u; corner++) {
-                sum += corner_weight(place, corner) * sun_transmittance[grid_index(outer, corner_of(place, corner))];
+                let at = grid_index(outer, corner_of(place, corner));
+                sum += corner_weight(place, corner) * sun_transmittance[at] * exp(-0.5 * extinction[at] * crossing(-grid.sun.xyz, outer.cell.xyz).path);
             }
             return sum;
         }
@@ -234,20 +235,17 @@ fn sunlight(@builtin(local_invocation_index) local: u32) {
             let third = i32(i) / width;
             let here = grid_index(level, vec3<u32>(cell_from(c, main, second, third)));
             var light = 0.0;
-            var matter_before = 0.0;
             for (var tap = 0u; tap < 4u; tap++) {
                 let weight = select(1.0 - f.x, f.x, (tap & 1u) != 0u) * select(1.0 - f.y, f.y, (tap & 2u) != 0u);
                 let cell = cell_from(c, before, second + i32(whole.x) + i32(tap & 1u), third + i32(whole.y) + i32(tap >> 1u));
                 if all(cell >= vec3(0)) && all(cell < vec3<i32>(level.size.xyz)) {
                     let there = grid_index(level, vec3<u32>(cell));
-                    light += weight * sun_transmittance[there];
-                    matter_before += weight * extinction[there];
+                    light += weight * sun_transmittance[there] * exp(-extinction[there] * c.path);
                 } else if weight > 0.0 {
-                    light += weight * sun_inflow(stage.level, cell_centre(level, vec3<f32>(cell)));
+                    light += weight * sun_inflow(stage.level, cell_centre(level, vec3<f32>(cell)) - 0.5 * c.path * grid.sun.xyz);
                 }
             }
-            let tau = 0.5 * (matter_before + extinction[here]) * c.path;
-            sun_transmittance[here] = light * exp(-tau);
+            sun_transmittance[here] = light;
         }
         storageBarrier();
     }
@@ -298,7 +296,8 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let first = grid.moment_first;
     let second = grid.moment_second;
-    let sun = sun_transmittance[index] / (4.0 * PI);
+    let sun_tau = extinction[index] * crossing(-grid.sun.xyz, level.cell.xyz).path;
+    let sun = sun_transmittance[index] * opacity(sun_tau) / max(sun_tau, 1e-12) / (4.0 * PI);
     for (var axis = 0u; axis < 6u; axis++) {
         let d = grid_direction(2u * axis);
         let same = (1.0 - second) / 12.0 * total + 0.5 * second * even[axis];
@@ -317,6 +316,11 @@ struct Upstream {
     light: vec3<f32>,
     extinction: f32,     // 1/m; 0 outside of the level
     source: vec3<f32>,
+}
+
+fn face(source: vec3<f32>, matter: f32, weighted: vec3<f32>, other: f32) -> vec3<f32> {
+    if other <= 0.0 { return source; }
+    return (source * other + weighted * (matter / other)) / (matter + other);
 }
 
 // Carries light along one direction through a level: short characteristics between rows of cells
@@ -349,15 +353,17 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     var row = i32(level.size.w) + i32(plane) * steps[plane_axis]
         + select(rows - 1, 0, c.forward) * steps[c.main]
         + select(0, width - 1, falling) * steps[row_axis];
+    let flow = i32(12u * grid.cells + (group.y * 512u + plane) * 512u);
     for (var r = 0; r < rows; r++) {
         let before = f32(select(rows - r, r - 1, c.forward));
         var here = row;
         var beside: Upstream;
+        var after: Upstream;
         for (var k = -1; k < width; k++) {
             var up: Upstream;
             if r > 0 && k >= 0 {
                 let there = here - main_step;
-                up.light = unpack_light(lights[base + there]);
+                up.light = unpack_light(lights[flow + k]);
                 up.extinction = extinction[there];
                 if up.extinction > 0.0 {
                     up.source = unpack_light(sources[base + there]);
@@ -371,34 +377,39 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
                 up.extinction = 0.0;
                 up.source = vec3(0.0);
             }
-            if k >= 0 {
-                var light = mix(up.light, beside.light, weight);
-                let held = vec2((1.0 - weight) * up.extinction, weight * beside.extinction);
-                let matter_before = held.x + held.y;
-                let matter_here = extinction[here];
-                let tau = 0.5 * (matter_before + matter_here) * c.path;
-                if tau > 0.0 {
-                    var source_here = vec3(0.0);
-                    if matter_here > 0.0 {
-                        source_here = unpack_light(sources[base + here]);
-                    }
-                    // At the cloud's edge only one side has a source.
-                    var source_before = source_here;
-                    if matter_before > 0.0 {
-                        source_before = (held.x * up.source + held.y * beside.source) / matter_before;
-                    }
-                    if matter_here <= 0.0 {
-                        source_here = source_before;
-                    }
-                    let opaque = opacity(tau);
-                    // Weight of the near end: 1 - opaque / tau.
-                    let near = select(1.0 - opaque / max(tau, 1e-3), tau * (0.5 - tau / 6.0), tau < 1e-3);
-                    light = light * (1.0 - opaque) + source_here * near + source_before * (opaque - near);
+            var after_next: Upstream;
+            if r + 1 < rows && k + 1 < width {
+                let there = here + main_step + select(0, row_step, k >= 0);
+                after_next.extinction = extinction[there];
+                if after_next.extinction > 0.0 {
+                    after_next.source = unpack_light(sources[base + there]);
                 }
-                lights[base + here] = pack_light(light);
+            }
+            if k >= 0 {
+                let inflow = mix(up.light, beside.light, weight);
+                var outflow = inflow;
+                var mean = inflow;
+                let matter_here = extinction[here];
+                if matter_here > 0.0 {
+                    let tau = matter_here * c.path;
+                    let source = unpack_light(sources[base + here]);
+                    let held = vec2((1.0 - weight) * up.extinction, weight * beside.extinction);
+                    let face_before = face(source, matter_here, held.x * up.source + held.y * beside.source, held.x + held.y);
+                    let held_after = vec2((1.0 - weight) * after.extinction, weight * after_next.extinction);
+                    let face_after = face(source, matter_here, held_after.x * after.source + held_after.y * after_next.source, held_after.x + held_after.y);
+                    let change = clamp(face_after - face_before, -2.0 * source, 2.0 * source);
+                    let opaque = opacity(tau);
+                    let m = select(opaque / max(tau, 1e-3), 1.0 - tau * (0.5 - tau / 6.0), tau < 1e-3);
+                    let skew = select(1.0 - 0.5 * opaque - m, tau * tau / 12.0, tau < 0.03);
+                    outflow = inflow * (1.0 - opaque) + source * opaque + change * skew;
+                    mean = inflow * m + source * (1.0 - m) - change * (skew / tau);
+                }
+                lights[base + here] = pack_light(mean);
+                lights[flow + k] = pack_light(outflow);
                 here += row_step;
             }
             beside = up;
+            after = after_next;
         }
         row += main_step;
     }

@@ -178,7 +178,7 @@ impl LightGridPass {
         let extinction = buffers::storage(gpu, "grid extinction", cells as usize, word);
         let sun = buffers::storage(gpu, "grid sun", cells as usize, word);
         let light =
-            |label| buffers::storage(gpu, label, (cells * DIRECTIONS) as usize, self.light_bytes);
+            |label| buffers::storage(gpu, label, (cells * DIRECTIONS + 12 * 512 * 512) as usize, self.light_bytes);
         let (sources, lights) = (light("grid sources"), light("grid lights"));
         let solve = self
             .stages
@@ -221,7 +221,7 @@ impl LightGridPass {
             &[
                 eye.as_entire_binding(),
                 uniforms.as_entire_binding(),
-                sun.as_entire_binding(),
+                extinction.as_entire_binding(),
                 lights.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&view),
             ],
