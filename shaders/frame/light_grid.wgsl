@@ -332,15 +332,19 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let level = grid.level[stage.level];
     let c = crossing(grid_direction(group.y), level.cell.xyz);
     let steps = vec3<i32>(1, i32(level.size.x), i32(level.size.x * level.size.y));
-    // The axis along which the direction does not change is the one between planes.
-    let turned = c.slope.x == 0.0;
+    // Between planes the direction changes least: there it goes by whole cells.
+    let turned = abs(c.slope.x) < abs(c.slope.y);
     let plane_axis = select(c.third, c.second, turned);
     let row_axis = select(c.second, c.third, turned);
     let slope = select(c.slope.x, c.slope.y, turned);
-    let plane = group.x * 32u + local;
-    if plane >= level.size[plane_axis] {
+    let drift = -select(c.slope.y, c.slope.x, turned);
+    let planes = i32(level.size[plane_axis]);
+    let drifted = i32(floor(f32(level.size[c.main]) * abs(drift)));
+    let number = i32(group.x * 32u + local);
+    if number >= planes + drifted {
         return;
     }
+    let first_plane = number - select(0, drifted, drift > 0.0);
     let weight = abs(slope);
     let rows = i32(level.size[c.main]);
     let width = i32(level.size[row_axis]);
@@ -350,19 +354,27 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let walk = select(1, -1, falling);
     let row_step = walk * steps[row_axis];
     let base = i32(group.y * grid.cells);
-    var row = i32(level.size.w) + i32(plane) * steps[plane_axis]
+    let origin = i32(level.size.w)
         + select(rows - 1, 0, c.forward) * steps[c.main]
         + select(0, width - 1, falling) * steps[row_axis];
-    let flow = i32(12u * grid.cells + (group.y * 512u + plane) * 512u);
+    let flow = i32(12u * grid.cells + (group.y * 512u + u32(number)) * 512u);
     for (var r = 0; r < rows; r++) {
         let before = f32(select(rows - r, r - 1, c.forward));
-        var here = row;
+        let plane = first_plane + i32(floor(drift * (f32(r) + 0.5)));
+        if plane < 0 || plane >= planes { continue; }
+        let plane_before = first_plane + i32(floor(drift * (f32(r) - 0.5)));
+        let plane_after = first_plane + i32(floor(drift * (f32(r) + 1.5)));
+        let has_before = r > 0 && plane_before >= 0 && plane_before < planes;
+        let has_after = r + 1 < rows && plane_after >= 0 && plane_after < planes;
+        var here = origin + r * main_step + plane * steps[plane_axis];
+        let to_before = (plane_before - plane) * steps[plane_axis] - main_step;
+        let to_after = (plane_after - plane) * steps[plane_axis] + main_step;
         var beside: Upstream;
         var after: Upstream;
         for (var k = -1; k < width; k++) {
             var up: Upstream;
-            if r > 0 && k >= 0 {
-                let there = here - main_step;
+            if has_before && k >= 0 {
+                let there = here + to_before;
                 up.light = unpack_light(lights[flow + k]);
                 up.extinction = extinction[there];
                 if up.extinction > 0.0 {
@@ -372,14 +384,14 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
                 var cell = vec3(0.0);
                 cell[c.main] = before;
                 cell[row_axis] = f32(select(k, width - 1 - k, falling));
-                cell[plane_axis] = f32(plane);
+                cell[plane_axis] = f32(plane_before);
                 up.light = inflow(stage.level, group.y, cell_centre(level, cell));
                 up.extinction = 0.0;
                 up.source = vec3(0.0);
             }
             var after_next: Upstream;
-            if r + 1 < rows && k + 1 < width {
-                let there = here + main_step + select(0, row_step, k >= 0);
+            if has_after && k + 1 < width {
+                let there = here + to_after + select(0, row_step, k >= 0);
                 after_next.extinction = extinction[there];
                 if after_next.extinction > 0.0 {
                     after_next.source = unpack_light(sources[base + there]);
@@ -411,6 +423,5 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
             beside = up;
             after = after_next;
         }
-        row += main_step;
     }
 }

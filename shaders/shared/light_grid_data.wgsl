@@ -43,6 +43,8 @@ struct GridEye {
 const DIRECTIONS: u32 = 12u;
 const AXIS_SHORT: f32 = 0.52573111;
 const AXIS_LONG: f32 = 0.85065081;
+const TILT_SIN: f32 = 0.19592842;
+const TILT_COS: f32 = 0.98061820;
 
 // Directions of travel: the corners of an icosahedron, which integrate polynomials up to degree 5
 // exactly with equal weights. Opposite ones are neighbours in number. One component is always 0,
@@ -51,11 +53,13 @@ fn grid_direction(index: u32) -> vec3<f32> {
     let axis = index >> 1u;
     let second = select(AXIS_LONG, -AXIS_LONG, (axis & 1u) != 0u);
     let sign = select(1.0, -1.0, (index & 1u) != 0u);
+    var d = vec3(second, 0.0, AXIS_SHORT);
     switch axis >> 1u {
-        case 0u: { return sign * vec3(0.0, AXIS_SHORT, second); }
-        case 1u: { return sign * vec3(AXIS_SHORT, second, 0.0); }
-        default: { return sign * vec3(second, 0.0, AXIS_SHORT); }
+        case 0u: { d = vec3(0.0, AXIS_SHORT, second); }
+        case 1u: { d = vec3(AXIS_SHORT, second, 0.0); }
+        default: {}
     }
+    return sign * vec3(d.x * TILT_COS - d.y * TILT_SIN, d.x * TILT_SIN + d.y * TILT_COS, d.z);
 }
 
 #ifdef ABSORBING

@@ -286,7 +286,7 @@ impl LightGridPass {
         for (index, level) in inputs.levels.levels.iter().enumerate().rev() {
             let groups = level.size[..3].iter().product::<u32>().div_ceil(WORKGROUP);
             let longest = level.size[..3].iter().max().copied().unwrap_or(0);
-            let planes = longest.div_ceil(SWEEP_PLANES);
+            let planes = (2 * longest).div_ceil(SWEEP_PLANES);
             self.dispatch(pass, job, index, "begin", [groups, DIRECTIONS]);
             self.dispatch(pass, job, index, "sunlight", [1, 1]);
             for _ in 0..inputs.turns[usize::from(index != coarsest)] {
