@@ -306,8 +306,15 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
         let moments = vec2(first, second);
         let along = grid.albedo * (same + turned + vec3(sun * grid_phase(moments, cosine), 0.0, 0.0));
         let against = grid.albedo * (same - turned + vec3(sun * grid_phase(moments, -cosine), 0.0, 0.0));
-        sources[2u * axis * grid.cells + index] = pack_light(along);
-        sources[(2u * axis + 1u) * grid.cells + index] = pack_light(against);
+        let first_at = 2u * axis * grid.cells + index;
+        let second_at = first_at + grid.cells;
+        if stage.relaxation == 1.0 {
+            sources[first_at] = pack_light(along);
+            sources[second_at] = pack_light(against);
+        } else {
+            sources[first_at] = pack_light(mix(unpack_light(sources[first_at]), along, stage.relaxation));
+            sources[second_at] = pack_light(mix(unpack_light(sources[second_at]), against, stage.relaxation));
+        }
     }
 }
 
@@ -409,7 +416,7 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
                     let face_before = face(source, matter_here, held.x * up.source + held.y * beside.source, held.x + held.y);
                     let held_after = vec2((1.0 - weight) * after.extinction, weight * after_next.extinction);
                     let face_after = face(source, matter_here, held_after.x * after.source + held_after.y * after_next.source, held_after.x + held_after.y);
-                    let change = clamp(face_after - face_before, -2.0 * source, 2.0 * source);
+                    let change = clamp(face_after - face_before, -2.0 * abs(source), 2.0 * abs(source));
                     let opaque = opacity(tau);
                     let m = select(opaque / max(tau, 1e-3), 1.0 - tau * (0.5 - tau / 6.0), tau < 1e-3);
                     let skew = select(1.0 - 0.5 * opaque - m, tau * tau / 12.0, tau < 0.03);

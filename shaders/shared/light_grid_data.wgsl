@@ -30,7 +30,7 @@ struct LightGridUniforms {
 // Which level a dispatch works on.
 struct GridStage {
     level: u32,
-    padding_a: u32,
+    relaxation: f32,
     padding_b: u32,
     padding_c: u32,
 }

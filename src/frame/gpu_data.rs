@@ -263,8 +263,8 @@ gpu_struct! {
     GridStage {
         /// The level.
         level: u32,
-        /// Unused.
-        padding_a: u32,
+        /// Step from the sources of before towards the new ones.
+        relaxation: f32,
         /// Unused.
         padding_b: u32,
         /// Unused.

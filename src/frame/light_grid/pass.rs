@@ -31,7 +31,7 @@ pub struct LightGridPass {
     sampler: wgpu::Sampler,
     spreads: wgpu::Buffer,
     halo: wgpu::Buffer,
-    stages: Vec<wgpu::Buffer>,
+    stages: wgpu::Buffer,
 }
 
 /// What the passes are compiled for.
@@ -61,6 +61,27 @@ struct Job {
     solve: Vec<wgpu::BindGroup>,
     field: wgpu::BindGroup,
     read: wgpu::BindGroup,
+}
+
+const MOST_TURNS: usize = 33;
+const STAGE_STRIDE: u64 = 256;
+
+fn relaxations(turns: u32) -> Vec<f32> {
+    let radius: f64 = std::env::var("RHO").ok().and_then(|v| v.parse().ok()).unwrap_or(0.95);
+    let n = turns.saturating_sub(1).max(1);
+    let mut order = vec![0usize];
+    while order.len() < n as usize {
+        let m = 2 * order.len();
+        order = order.iter().flat_map(|i| [*i, m - 1 - *i]).collect();
+    }
+    let order: Vec<usize> = order.into_iter().filter(|i| *i < n as usize).collect();
+    let mut result = vec![1.0];
+    for i in order {
+        let root = (std::f64::consts::PI * (i as f64 + 0.5) / f64::from(n)).cos();
+        let eigen = 0.5 * radius * (1.0 + root);
+        result.push(if radius > 0.0 { (1.0 / (1.0 - eigen)) as f32 } else { 1.0 });
+    }
+    result
 }
 
 /// The grid of one renderer.
@@ -122,11 +143,12 @@ impl LightGridPass {
             min_filter: wgpu::FilterMode::Linear,
             ..Default::default()
         });
-        let stages = (0..GRID_LEVELS as u32)
-            .map(|level| {
-                buffers::uniform(gpu, "grid stage", &GridStage { level, ..GridStage::zeroed() })
-            })
-            .collect();
+        let stages = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("grid stages"),
+            size: (GRID_LEVELS * MOST_TURNS) as u64 * STAGE_STRIDE,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
         let spreads = buffers::storage_with(gpu, "spreads", &medium.spreads.0);
         let halo = buffers::storage_with(gpu, "halo", &medium.halo.factors);
         Ok(Self { solve, field, light_bytes, layout, sampler, spreads, halo, stages })
@@ -180,15 +202,17 @@ impl LightGridPass {
         let light =
             |label| buffers::storage(gpu, label, (cells * DIRECTIONS + 12 * 512 * 512) as usize, self.light_bytes);
         let (sources, lights) = (light("grid sources"), light("grid lights"));
-        let solve = self
-            .stages
-            .iter()
+        let solve = (0..(GRID_LEVELS * MOST_TURNS) as u64)
             .map(|stage| {
                 self.solve.bind(
                     gpu,
                     &[
                         uniforms.as_entire_binding(),
-                        stage.as_entire_binding(),
+                        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                            buffer: &self.stages,
+                            offset: stage * STAGE_STRIDE,
+                            size: wgpu::BufferSize::new(size_of::<GridStage>() as u64),
+                        }),
                         particles.as_entire_binding(),
                         count.as_entire_binding(),
                         matter.as_entire_binding(),
@@ -270,6 +294,16 @@ impl LightGridPass {
         if inputs.clouds.is_none() {
             gpu.queue.write_buffer(&job.count, 0, bytemuck::cast_slice(&[listed, listed]));
         }
+        let mut stages = vec![0u8; (GRID_LEVELS * MOST_TURNS) * STAGE_STRIDE as usize];
+        for (index, _) in inputs.levels.levels.iter().enumerate() {
+            let turns = inputs.turns[usize::from(index + 1 != inputs.levels.levels.len())];
+            for (turn, relaxation) in relaxations(turns).into_iter().enumerate().take(MOST_TURNS) {
+                let stage = GridStage { level: index as u32, relaxation, ..GridStage::zeroed() };
+                let at = (index * MOST_TURNS + turn) * STAGE_STRIDE as usize;
+                stages[at..at + size_of::<GridStage>()].copy_from_slice(bytemuck::bytes_of(&stage));
+            }
+        }
+        gpu.queue.write_buffer(&self.stages, 0, &stages);
         encoder.clear_buffer(&job.matter, 0, None);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("light grid"),
@@ -287,11 +321,11 @@ impl LightGridPass {
             let groups = level.size[..3].iter().product::<u32>().div_ceil(WORKGROUP);
             let longest = level.size[..3].iter().max().copied().unwrap_or(0);
             let planes = (2 * longest).div_ceil(SWEEP_PLANES);
-            self.dispatch(pass, job, index, "begin", [groups, DIRECTIONS]);
-            self.dispatch(pass, job, index, "sunlight", [1, 1]);
-            for _ in 0..inputs.turns[usize::from(index != coarsest)] {
-                self.dispatch(pass, job, index, "scatter", [groups, 1]);
-                self.dispatch(pass, job, index, "sweep", [planes, DIRECTIONS]);
+            self.dispatch(pass, job, index * MOST_TURNS, "begin", [groups, DIRECTIONS]);
+            self.dispatch(pass, job, index * MOST_TURNS, "sunlight", [1, 1]);
+            for turn in 0..inputs.turns[usize::from(index != coarsest)].min(MOST_TURNS as u32) as usize {
+                self.dispatch(pass, job, index * MOST_TURNS + turn, "scatter", [groups, 1]);
+                self.dispatch(pass, job, index * MOST_TURNS, "sweep", [planes, DIRECTIONS]);
             }
         }
     }
