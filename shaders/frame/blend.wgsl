@@ -6,7 +6,7 @@
 // Workgroup contract: one workgroup owns one tile of 8x8 pixels, one invocation one pixel; it
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight}
-#import cumuli::light_field::{halo_factor, halo_row, scattered_light, cell_at}
+#import cumuli::light_field::{halo_factor, halo_row, scattered_light}
 #import cumuli::lighting::{depth_at, mean_sunlight, own_source, way_out}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
 #import cumuli::optical_depth::{bins_before, chord_profile, copy_for}
@@ -27,7 +27,6 @@
 
 const PENDING: u32 = #{PENDING}u;
 const FAR: f32 = 1e30;
-const REACH: f32 = 1.0;
 
 // Open chords, each in a place of its own until its end is passed. All loops over places have a
 // fixed number of rounds: unrolled, they leave no memory that is indexed.
@@ -57,31 +56,6 @@ var<private> sun_row: f32;        // angle from the sun, for the halo
 var<private> field: vec4<f32>;    // light field at field_at
 var<private> field_at: f32;       // m along the ray
 
-var<private> field_near: vec4<f32>;
-var<private> near_tau: f32;
-var<private> field_tau: f32;
-
-fn light_at_depth(now: f32, want: f32, begin: f32, end: f32) -> vec4<f32> {
-    let cell = cell_at(begin * view - frame.grid_shift.xyz);
-    if field_at < begin - REACH * cell {
-        field_at = begin - REACH * cell;
-        field = scattered_light(field_at * view - frame.grid_shift.xyz);
-        field_near = field;
-        near_tau = now;
-        field_tau = now;
-    }
-    for (var i = 0u; i < 64u; i++) {
-        if field_tau >= want || field_at >= end + REACH * cell { break; }
-        let step = 0.5 * cell;
-        field_near = field;
-        near_tau = field_tau;
-        field_at += step;
-        field = scattered_light(field_at * view - frame.grid_shift.xyz);
-        field_tau += 0.5 * step * (field.w + field_near.w);
-    }
-    return mix(field_near, field, saturate((want - near_tau) / max(field_tau - near_tau, 1e-6)));
-}
-
 // Composes everything up to `limit`.
 fn advance(limit: f32) {
     // Each round closes a chord, opens one, or reaches the limit.
@@ -107,13 +81,14 @@ fn advance(limit: f32) {
         }
         var light = vec3(0.0);
         if tau > 0.0 {
-            var depth_sum = 0.0;
-            for (var i = 0u; i < PENDING; i++) {
-                depth_sum += chord_piece[i] * max(chord_depth[i] + chord_fade[i] * (cursor - chord_begin[i]), 0.0);
+            if field_at != cursor {
+                field = scattered_light(cursor * view - frame.grid_shift.xyz);
             }
-            let deep = -log(max(transmittance, 1e-30));
-            let seen = light_at_depth(deep, deep + tau * mean_scatter_fraction(tau), cursor, next);
-            let path = frame.halo_share * (depth_sum / tau + deep);
+            let near_end = field;
+            field = scattered_light(next * view - frame.grid_shift.xyz);
+            field_at = next;
+            let seen = mix(near_end, field, mean_scatter_fraction(tau));
+            let path = frame.halo_share * (seen.w - log(max(transmittance, 1e-30)));
             let first = phase_first * halo_factor(sun_row, path);
             for (var i = 0u; i < PENDING; i++) {
                 if chord_piece[i] > 0.0 {
@@ -168,7 +143,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         view = dir;
         phase_first = frame.albedo / frame.delta_scale * phase_once;
         sun_row = halo_row(dir, frame.sun.xyz);
-        field_at = -1e30;
+        field_at = -1.0;
         // In the middle of the picture; a rectilinear picture stretches towards its corners.
         let pixels_per_radian = 0.5 * f32(frame.size.x) / length(frame.right.xyz);
         var far = FAR;

@@ -10,7 +10,7 @@
 // cells: one invocation owns one such plane and walks it row after row downstream; it reads only
 // what it wrote itself.
 #import cumuli::gpu_data::{Particle, ParticleCount}
-#import cumuli::light_grid_data::{GridLevel, GridStage, LightGridUniforms, grid_direction, grid_index, grid_phase, light_from_outside, pack_light, unpack_light}
+#import cumuli::light_grid_data::{Crossing, GridLevel, GridStage, LightGridUniforms, crossing, grid_direction, grid_index, grid_phase, light_from_outside, pack_light, unpack_light}
 #import cumuli::numerics::opacity
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
@@ -179,35 +179,6 @@ fn sun_inflow(inner: u32, point: vec3<f32>) -> f32 {
         }
     }
     return 1.0;
-}
-
-// How a direction crosses the planes of cells: along its steepest axis, in cells.
-struct Crossing {
-    main: u32,       // axis across the planes
-    second: u32,     // the two axes in a plane
-    third: u32,
-    forward: bool,
-    slope: vec2<f32>,// cells upstream in the plane per plane, with sign
-    path: f32,       // m between planes
-}
-
-fn crossing(direction: vec3<f32>, cell: vec3<f32>) -> Crossing {
-    var result: Crossing;
-    let rate = direction / cell;
-    let steep = abs(rate);
-    if steep.x >= steep.y && steep.x >= steep.z {
-        result.main = 0u;
-    } else if steep.y >= steep.z {
-        result.main = 1u;
-    } else {
-        result.main = 2u;
-    }
-    result.second = (result.main + 1u) % 3u;
-    result.third = (result.main + 2u) % 3u;
-    result.forward = rate[result.main] > 0.0;
-    result.slope = -vec2(rate[result.second], rate[result.third]) / steep[result.main];
-    result.path = 1.0 / steep[result.main];
-    return result;
 }
 
 fn cell_from(c: Crossing, main: i32, second: i32, third: i32) -> vec3<i32> {

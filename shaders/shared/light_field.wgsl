@@ -91,8 +91,3 @@ fn crowding(point: vec3<f32>, mass: f32, ball: f32) -> f32 {
     let at = clamp((point - level.low.xyz) / level.cell.xyz, vec3(0.0), vec3<f32>(level.size.xyz) - 1.0);
     return grid_matter[grid_index(level, vec3<u32>(at))] / max(own, 1e-30);
 }
-
-fn cell_at(point: vec3<f32>) -> f32 {
-    let level = light_grid.level[level_of(point)];
-    return min(level.cell.x, level.cell.y);
-}

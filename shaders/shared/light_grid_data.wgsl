@@ -96,3 +96,32 @@ fn light_from_outside(direction: vec3<f32>) -> vec3<f32> {
 fn grid_phase(grid_moments: vec2<f32>, cosine: f32) -> f32 {
     return 1.0 + 3.0 * grid_moments.x * cosine + 5.0 * grid_moments.y * (1.5 * cosine * cosine - 0.5);
 }
+
+// How a direction crosses the planes of cells: along its steepest axis, in cells.
+struct Crossing {
+    main: u32,       // axis across the planes
+    second: u32,     // the two axes in a plane
+    third: u32,
+    forward: bool,
+    slope: vec2<f32>,// cells upstream in the plane per plane, with sign
+    path: f32,       // m between planes
+}
+
+fn crossing(direction: vec3<f32>, cell: vec3<f32>) -> Crossing {
+    var result: Crossing;
+    let rate = direction / cell;
+    let steep = abs(rate);
+    if steep.x >= steep.y && steep.x >= steep.z {
+        result.main = 0u;
+    } else if steep.y >= steep.z {
+        result.main = 1u;
+    } else {
+        result.main = 2u;
+    }
+    result.second = (result.main + 1u) % 3u;
+    result.third = (result.main + 2u) % 3u;
+    result.forward = rate[result.main] > 0.0;
+    result.slope = -vec2(rate[result.second], rate[result.third]) / steep[result.main];
+    result.path = 1.0 / steep[result.main];
+    return result;
+}

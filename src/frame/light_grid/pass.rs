@@ -67,7 +67,7 @@ const MOST_TURNS: usize = 33;
 const STAGE_STRIDE: u64 = 256;
 
 fn relaxations(turns: u32) -> Vec<f32> {
-    let radius: f64 = std::env::var("RHO").ok().and_then(|v| v.parse().ok()).unwrap_or(0.95);
+    let radius: f64 = 0.95;
     let n = turns.saturating_sub(1).max(1);
     let mut order = vec![0usize];
     while order.len() < n as usize {
@@ -245,8 +245,9 @@ impl LightGridPass {
             &[
                 eye.as_entire_binding(),
                 uniforms.as_entire_binding(),
-                extinction.as_entire_binding(),
+                sun.as_entire_binding(),
                 lights.as_entire_binding(),
+                extinction.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&view),
             ],
         );
