@@ -105,7 +105,8 @@ fn all_sunlight_that_is_taken_leaves() {
             left / taken - 1.0
         );
         assert!(taken > 100.0, "{taken}");
-        // Converged to roundings, which a thousand cells add up.
+        // Converged to roundings, which a thousand cells add up. Light interpolated between planes of
+        // cells (short characteristics): 3.7 % too much with the thinnest cells.
         assert!((left / taken - 1.0).abs() < 1e-12, "{thickest}: {left} of {taken}");
     }
 }
