@@ -75,6 +75,11 @@ pub(super) fn samples_a_pixel(text: &str) -> Result<u32, String> {
     whole(text, 1_000_000_000)
 }
 
+/// A number of frames.
+pub(super) fn frame_count(text: &str) -> Result<u32, String> {
+    whole(text, 1_000_000)
+}
+
 /// Threads.
 pub(super) fn threads(text: &str) -> Result<usize, String> {
     whole(text, 4096).map(|n| n as usize)

@@ -5,6 +5,7 @@
 //! else to standard error.
 
 mod args;
+mod bench;
 mod compare;
 mod engine;
 #[cfg(feature = "window")]
@@ -23,6 +24,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 pub use args::{MAX_SIDE, Size};
+pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 #[cfg(feature = "window")]
 pub use fly::FlyArgs;
@@ -55,6 +57,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Tell how far two pictures are apart
     Compare(CompareArgs),
+    /// Measure run time against error
+    Bench(BenchArgs),
     /// Radiative transfer by path tracing, on its own
     Reference(ReferenceArgs),
 }
@@ -78,6 +82,7 @@ fn run(cli: Cli) -> Result<()> {
         Some(Command::Render(args)) => render::run(&args),
         Some(Command::Info(args)) => info::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
+        Some(Command::Bench(args)) => bench::run(&args),
         Some(Command::Reference(args)) => reference::run(&args),
         #[cfg(feature = "window")]
         Some(Command::Fly(args)) => fly::run(&args),

@@ -68,15 +68,24 @@ impl FromStr for Preset {
 }
 
 /// What a renderer is made for, besides the scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderSettings {
     /// Quality against time.
     pub preset: Preset,
+    /// Numbers in place of the preset's, for measurements of what each does.
+    pub quality: Option<Quality>,
     /// A pass to leave out, to see what it does.
     pub omit: Option<super::plan::Pass>,
     /// Times of the passes are wanted, even where measuring them makes frames slower (software
     /// adapters).
     pub time_passes: bool,
+}
+
+impl RenderSettings {
+    /// The numbers that hold.
+    pub fn quality(&self) -> Quality {
+        self.quality.unwrap_or_else(|| self.preset.quality())
+    }
 }
 
 /// The numbers behind a preset.
