@@ -199,8 +199,14 @@ impl LightGridPass {
         let matter = buffers::storage(gpu, "grid matter", cells as usize, word);
         let extinction = buffers::storage(gpu, "grid extinction", cells as usize, word);
         let sun = buffers::storage(gpu, "grid sun", cells as usize, word);
-        let light =
-            |label| buffers::storage(gpu, label, (cells * DIRECTIONS + 12 * 512 * 512) as usize, self.light_bytes);
+        let light = |label| {
+            buffers::storage(
+                gpu,
+                label,
+                (cells * DIRECTIONS + 12 * 512 * 512) as usize,
+                self.light_bytes,
+            )
+        };
         let (sources, lights) = (light("grid sources"), light("grid lights"));
         let solve = (0..(GRID_LEVELS * MOST_TURNS) as u64)
             .map(|stage| {
@@ -324,7 +330,9 @@ impl LightGridPass {
             let planes = (2 * longest).div_ceil(SWEEP_PLANES);
             self.dispatch(pass, job, index * MOST_TURNS, "begin", [groups, DIRECTIONS]);
             self.dispatch(pass, job, index * MOST_TURNS, "sunlight", [1, 1]);
-            for turn in 0..inputs.turns[usize::from(index != coarsest)].min(MOST_TURNS as u32) as usize {
+            for turn in
+                0..inputs.turns[usize::from(index != coarsest)].min(MOST_TURNS as u32) as usize
+            {
                 self.dispatch(pass, job, index * MOST_TURNS + turn, "scatter", [groups, 1]);
                 self.dispatch(pass, job, index * MOST_TURNS, "sweep", [planes, DIRECTIONS]);
             }
