@@ -1,5 +1,5 @@
 // The grid of scattered light: where its cells lie, its directions, how a cell's light is packed.
-// Host: src/frame/light_grid/. Twin: src/frame/cpu/light_grid.rs.
+// Host: src/frame/light_grid/. Twin: src/frame/cpu/light_grid/cells.rs.
 //
 // Levels go from fine (0) to coarse; a coarser one surrounds or holds the finer. Positions are
 // relative to the grid's anchor. A cell's light has three parts, all per unit of what they come
@@ -23,14 +23,14 @@ struct LightGridUniforms {
     albedo: f32,          // scaled
     quantum: f32,         // 1/m: extinction of one count of `matter`
     spreads: u32,         // entries of `spread`
-    padding_a: u32,
+    longest: u32,         // most cells along an axis of a level
     level: array<GridLevel, 10>,
 }
 
 // Which level a dispatch works on.
 struct GridStage {
     level: u32,
-    relaxation: f32,
+    relaxation: f32,      // step from the sources of before towards the new ones
     padding_b: u32,
     padding_c: u32,
 }
@@ -43,12 +43,12 @@ struct GridEye {
 const DIRECTIONS: u32 = 12u;
 const AXIS_SHORT: f32 = 0.52573111;
 const AXIS_LONG: f32 = 0.85065081;
-const TILT_SIN: f32 = 0.19592842;
+// Turn about z: the four corners with y = 0 go to |y| = 1/6, light along them leaves layers of clouds.
+const TILT_SIN: f32 = 0.19592842; // 1 / (6 AXIS_LONG)
 const TILT_COS: f32 = 0.98061820;
 
 // Directions of travel: the corners of an icosahedron, which integrate polynomials up to degree 5
-// exactly with equal weights. Opposite ones are neighbours in number. One component is always 0,
-// so that a step upstream lands between two cells instead of four.
+// exactly with equal weights. Opposite ones are neighbours in number.
 fn grid_direction(index: u32) -> vec3<f32> {
     let axis = index >> 1u;
     let second = select(AXIS_LONG, -AXIS_LONG, (axis & 1u) != 0u);
@@ -87,8 +87,7 @@ fn grid_index(level: GridLevel, cell: vec3<u32>) -> u32 {
 
 // Light that comes in from outside of all levels along a direction of travel.
 fn light_from_outside(direction: vec3<f32>) -> vec3<f32> {
-    // Horizontal light is half from above, half from below.
-    let above = select(select(0.5, 0.0, direction.y > 0.0), 1.0, direction.y < 0.0);
+    let above = select(0.0, 1.0, direction.y < 0.0);
     return vec3(0.0, above, 1.0);
 }
 

@@ -243,8 +243,8 @@ gpu_struct! {
         quantum: f32,
         /// Entries of the table of spreads.
         spreads: u32,
-        /// Unused.
-        padding_a: u32,
+        /// Most cells along an axis of a level.
+        longest: u32,
         /// The levels.
         level: [GridLevel; GRID_LEVELS],
     }

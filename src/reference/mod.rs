@@ -30,7 +30,7 @@ pub use develop::picture;
 pub use exact::{Exact, ExactPixel};
 pub use exact_frame::{Window, exact_frame};
 pub use film::{CHANNELS, Film, Pixel};
-pub use fluxes::{SlabFluxes, slab_fluxes};
+pub use fluxes::{SlabFluxes, scatterings, slab_fluxes};
 pub use geometry::{Medium, Piece, Ray, first_collision, transmittance};
 pub use grid::ParticleGrid;
 pub use job::Exposure;

@@ -85,8 +85,15 @@ impl CameraPath {
     }
 
     /// The camera at a time (s); before the first key it stands there, after the last one there.
-    /// `default` is the scene's own camera, whose field of view stands for what keys do not tell.
+    /// `default` is the scene's own camera, whose field of view stands for what keys do not tell, and
+    /// whose lens and shutter this one has too.
     pub fn camera(&self, time: f64, default: &Camera) -> Camera {
+        let &Camera { aperture, shutter, .. } = default;
+        let focus_distance = Some(default.focus());
+        Camera { aperture, focus_distance, shutter, ..self.pinhole(time, default) }
+    }
+
+    fn pinhole(&self, time: f64, default: &Camera) -> Camera {
         let after = self.keys.partition_point(|key| key.time <= time);
         let fov = |key: &PathKey| key.fov_x.unwrap_or(default.fov_x);
         let (Some(a), Some(b)) =
@@ -224,7 +231,7 @@ fn bezier([p, q]: [DQuat; 2], [v, w]: [DVec3; 2], t: f64) -> DQuat {
 /// A camera by its orientation.
 fn camera(position: DVec3, orientation: DQuat, fov_x: f64) -> Camera {
     let target = position + orientation * (DVec3::NEG_Z * TARGET_DISTANCE);
-    Camera { position, target, up: orientation * DVec3::Y, fov_x }
+    Camera { position, target, up: orientation * DVec3::Y, fov_x, ..Camera::default() }
 }
 
 /// The orientation of a camera with these axes.

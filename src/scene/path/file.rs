@@ -100,7 +100,7 @@ impl KeyTable {
                     let message = "expected a point other than the key's position";
                     return Err(at.key("target").fault(message));
                 }
-                let camera = Camera { position: self.position, target, up, fov_x: 60.0 };
+                let camera = Camera { position: self.position, target, up, ..Camera::default() };
                 orientation(&camera.basis())
             }
             (Some(_), Some(_)) => {
