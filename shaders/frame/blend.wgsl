@@ -196,11 +196,12 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 high_tau *= 1.0 - alone;
                 crowded_low += low_tau;
                 crowded_high += high_tau;
-                // Bins that the part does not reach have no matter: any depth will do.
-                front_low += low_tau * exp(-(a_depth + slope * clamp(low_first - first, vec4(0.0), vec4(last - first))));
-                front_high += high_tau * exp(-(a_depth + slope * clamp(high_first - first, vec4(0.0), vec4(last - first))));
-                back_low += low_tau * exp(-(a_depth + slope * clamp(low_last - first, vec4(0.0), vec4(last - first))));
-                back_high += high_tau * exp(-(a_depth + slope * clamp(high_last - first, vec4(0.0), vec4(last - first))));
+                // Bins that the part does not reach have no matter: any depth will do. Rounding must
+                // not make it negative, for large depths then overflow.
+                front_low += low_tau * exp(-max(a_depth + slope * clamp(low_first - first, vec4(0.0), vec4(last - first)), vec4(0.0)));
+                front_high += high_tau * exp(-max(a_depth + slope * clamp(high_first - first, vec4(0.0), vec4(last - first)), vec4(0.0)));
+                back_low += low_tau * exp(-max(a_depth + slope * clamp(low_last - first, vec4(0.0), vec4(last - first)), vec4(0.0)));
+                back_high += high_tau * exp(-max(a_depth + slope * clamp(high_last - first, vec4(0.0), vec4(last - first)), vec4(0.0)));
             }
             if matter_sum > 0.0 {
                 if field_at != begin {
@@ -224,7 +225,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                         let mean = mean_transmittance(tau);
                         // Depth to the sun and to the near end together, along the bin; see
                         // `mean_sunlight`.
-                        let both = tau + log(max(front, DARK) / max(back, DARK));
+                        let both = tau + log(max(front, DARK)) - log(max(back, DARK));
                         let peak = select(front, back * exp(-tau), both < 0.0);
                         let lit = once * peak * mean_transmittance(abs(both)) / mean;
                         let share = (f32(bin) + mean_scatter_fraction(tau)) / BINS;
