@@ -6,7 +6,7 @@ use super::march::{MarchLight, MarchSettings, STEPS};
 use super::record::PointKind;
 use crate::frame::{Preset, Quality};
 
-/// A number in place of a preset's: "pending=4".
+/// A number in place of a preset's: "steps=4".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
     name: Name,
@@ -15,7 +15,7 @@ pub struct Setting {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Name {
-    Pending,
+    Steps,
     TransmittanceStop,
     LightSamples,
     ShadowResolution,
@@ -25,7 +25,7 @@ enum Name {
 
 /// Names, what they may be, and whether they are whole numbers.
 const NAMES: [(Name, &str, [f64; 2], bool); 6] = [
-    (Name::Pending, "pending", [1.0, 32.0], true),
+    (Name::Steps, "steps", [1.0, 32.0], true),
     (Name::TransmittanceStop, "transmittance_stop", [1e-6, 0.5], false),
     (Name::LightSamples, "light_samples", [1.0, 8.0], true),
     (Name::ShadowResolution, "shadow_resolution", [8.0, 2048.0], true),
@@ -79,6 +79,8 @@ pub struct Variant {
     pub scale: f64,
     /// Marched in place of blended.
     pub march: Option<MarchSettings>,
+    /// Which of the further table files, in place of the tables that all others take.
+    pub tables: Option<usize>,
 }
 
 impl Variant {
@@ -90,6 +92,7 @@ impl Variant {
             quality: preset.quality(),
             scale: 1.0,
             march: None,
+            tables: None,
         };
         set.iter().fold(variant, |variant, setting| variant.with(*setting))
     }
@@ -97,7 +100,7 @@ impl Variant {
     fn with(mut self, setting: Setting) -> Self {
         let (quality, value) = (&mut self.quality, setting.value);
         match setting.name {
-            Name::Pending => quality.pending = value as u32,
+            Name::Steps => quality.steps = value as u32,
             Name::TransmittanceStop => quality.transmittance_stop = value as f32,
             Name::LightSamples => quality.light_samples = value as u32,
             Name::ShadowResolution => quality.shadow_resolution = value as u32,
@@ -116,15 +119,15 @@ impl Variant {
     pub fn lights_like(&self, other: &Self) -> bool {
         self.quality.light_samples == other.quality.light_samples
             && self.quality.grid == other.quality.grid
+            && self.tables == other.tables
     }
 }
 
 /// Numbers that are tried one by one, the others being those of the preset high.
-const KNOBS: [&str; 13] = [
-    "pending=1",
-    "pending=2",
-    "pending=4",
-    "pending=16",
+const KNOBS: [&str; 12] = [
+    "steps=2",
+    "steps=4",
+    "steps=12",
     "transmittance_stop=0.02",
     "transmittance_stop=0.0005",
     "light_samples=1",
@@ -136,9 +139,9 @@ const KNOBS: [&str; 13] = [
     "scale=0.5",
 ];
 
-/// Everything that is set on the plot of run time against error. `quick`: presets, one knob, and
-/// three marchers of each kind.
-pub fn variants(quick: bool, set: &[Setting]) -> Vec<Variant> {
+/// Everything that is set on the plot of run time against error. `tables`: names of further table
+/// files; `quick`: presets, one knob, and three marchers of each kind.
+pub fn variants(quick: bool, set: &[Setting], tables: &[String]) -> Vec<Variant> {
     let mut all: Vec<_> =
         Preset::ALL.into_iter().map(|preset| Variant::preset(preset, set)).collect();
     let high = Variant::preset(Preset::High, set);
@@ -147,6 +150,12 @@ pub fn variants(quick: bool, set: &[Setting]) -> Vec<Variant> {
         name: format!("high {setting}"),
         kind: PointKind::Knob,
         ..high.clone().with(setting)
+    }));
+    all.extend(tables.iter().enumerate().map(|(index, name)| Variant {
+        name: format!("high {name}"),
+        kind: PointKind::Knob,
+        tables: Some(index),
+        ..high.clone()
     }));
     for (light, kind) in
         [(MarchLight::Frame, PointKind::ViewMarch), (MarchLight::SunRays, PointKind::March)]
@@ -173,10 +182,10 @@ mod tests {
             assert_ne!(high.clone().with(setting), high, "{text} changes nothing");
         }
         for (bad, part) in [
-            ("pending", "NAME=NUMBER"),
-            ("penidng=3", "pending, transmittance_stop"),
-            ("pending=0", "from 1 to 32"),
-            ("pending=1.5", "a whole number"),
+            ("steps", "NAME=NUMBER"),
+            ("stpes=3", "steps, transmittance_stop"),
+            ("steps=0", "from 1 to 32"),
+            ("steps=1.5", "a whole number"),
             ("light_samples=3", "1, 2, 4 or 8"),
             ("scale=nan", "from 0.1 to 1"),
             ("scale=", "from 0.1 to 1"),
@@ -189,12 +198,13 @@ mod tests {
     #[test]
     fn names_are_distinct() {
         for quick in [false, true] {
-            let all = variants(quick, &[]);
+            let all = variants(quick, &[], &["small.safetensors".to_owned()]);
             let mut names: Vec<_> = all.iter().map(|v| &v.name).collect();
             names.sort();
             names.dedup();
             assert_eq!(names.len(), all.len());
             assert!(all.iter().any(|v| v.name == "march-128" && v.march.is_some()));
+            assert!(all.iter().any(|v| v.name == "high small.safetensors" && v.tables == Some(0)));
             assert!(all.iter().any(|v| v.name == "view-march-8"));
         }
         assert_eq!(Variant::preset(Preset::Low, &[]).size([3, 1]), [3, 1]);
