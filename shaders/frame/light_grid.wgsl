@@ -10,7 +10,7 @@
 // cells: one invocation owns one such plane and walks it row after row downstream; it reads only
 // what it wrote itself.
 #import cumuli::gpu_data::{Particle, ParticleCount}
-#import cumuli::light_grid_data::{GridLevel, GridStage, LightGridUniforms, grid_direction, grid_index, grid_phase, light_from_outside, pack_light, unpack_light}
+#import cumuli::light_grid_data::{DIRECTIONS, GridLevel, GridStage, LightGridUniforms, grid_direction, grid_index, grid_phase, light_from_outside, pack_light, unpack_light}
 #import cumuli::numerics::opacity
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
@@ -299,6 +299,9 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     let first = grid.moment_first;
     let second = grid.moment_second;
     let sun = sun_transmittance[index] / (4.0 * PI);
+    var scattered: array<vec3<f32>, 12>;
+    var sum = vec3(0.0);
+    var kept = vec3(0.0);
     for (var axis = 0u; axis < 6u; axis++) {
         let d = grid_direction(2u * axis);
         let same = (1.0 - second) / 12.0 * total + 0.5 * second * even[axis];
@@ -307,8 +310,16 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
         let moments = vec2(first, second);
         let along = grid.albedo * (same + turned + vec3(sun * grid_phase(moments, cosine), 0.0, 0.0));
         let against = grid.albedo * (same - turned + vec3(sun * grid_phase(moments, -cosine), 0.0, 0.0));
-        sources[2u * axis * grid.cells + index] = pack_light(along);
-        sources[(2u * axis + 1u) * grid.cells + index] = pack_light(against);
+        scattered[2u * axis] = along;
+        scattered[2u * axis + 1u] = against;
+        sum += along + against;
+        kept += max(along, vec3(0.0)) + max(against, vec3(0.0));
+    }
+    // A phase function of degree 2 is negative at some angles: there is no light then, and the other
+    // directions give what that adds. Where nothing is negative nothing changes, to the bit.
+    let balance = select(sum / kept, vec3(1.0), sum >= kept);
+    for (var d = 0u; d < DIRECTIONS; d++) {
+        sources[d * grid.cells + index] = pack_light(balance * max(scattered[d], vec3(0.0)));
     }
 }
 

@@ -24,18 +24,21 @@ impl Gpu {
         self.mapped(&staging, |mapped| bytemuck::pod_collect_to_vec(&mapped[..bytes as usize]))
     }
 
-    /// Copies a texture back, `T` being one of its texels, row by row from the top.
+    /// Copies a texture back, `T` being one of its texels, layer by layer, row by row from the top.
     pub fn read_texture<T: Pod>(&self, texture: &wgpu::Texture) -> Result<Vec<T>> {
         let (width, height) = (texture.width(), texture.height());
         let row = width as usize * size_of::<T>();
         let padded = (row as u32).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let most_rows = (BAND_BYTES / u64::from(padded)).clamp(1, u64::from(height)) as u32;
         let staging = self.staging(u64::from(padded) * u64::from(most_rows));
-        let mut texels = Vec::with_capacity(width as usize * height as usize);
-        for top in (0..height).step_by(most_rows as usize) {
+        let layers = texture.depth_or_array_layers();
+        let mut texels = Vec::with_capacity(width as usize * height as usize * layers as usize);
+        let bands = (0..height).step_by(most_rows as usize);
+        for (layer, top) in (0..layers).flat_map(|layer| bands.clone().map(move |top| (layer, top)))
+        {
             let rows = most_rows.min(height - top);
             let mut from = texture.as_image_copy();
-            from.origin.y = top;
+            (from.origin.y, from.origin.z) = (top, layer);
             let to = wgpu::TexelCopyBufferInfo {
                 buffer: &staging,
                 layout: wgpu::TexelCopyBufferLayout {

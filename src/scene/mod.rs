@@ -95,7 +95,7 @@ impl Scene {
     /// Checks every value, for scenes that were made by a program. What [`Scene::load`] returns
     /// has passed.
     pub fn validate(&self) -> Result<()> {
-        check::scene(self).map_err(|f| f.in_place("scene"))
+        check::scene(self).and_then(|()| check::units(self)).map_err(|f| f.in_place("scene"))
     }
 
     /// Checks that every shape the scene names is among `known` (the shapes of the tables).

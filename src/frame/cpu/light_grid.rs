@@ -71,6 +71,16 @@ fn phase(moments: [f64; 2], cosine: f64) -> f64 {
     1.0 + 3.0 * moments[0] * cosine + 5.0 * moments[1] * (1.5 * cosine * cosine - 0.5)
 }
 
+/// Sources without negative parts, of the same sum: a phase function of degree 2 is negative at some
+/// angles, and the directions that are left give what it would add there.
+fn positive(scattered: [CellLight; DIRECTIONS]) -> [CellLight; DIRECTIONS] {
+    let sum: DVec3 = scattered.iter().sum();
+    let kept: DVec3 = scattered.iter().map(|s| s.max(DVec3::ZERO)).sum();
+    let share = |sum: f64, kept: f64| if sum >= kept { 1.0 } else { sum / kept };
+    let balance = DVec3::new(share(sum.x, kept.x), share(sum.y, kept.y), share(sum.z, kept.z));
+    scattered.map(|s| balance * s.max(DVec3::ZERO))
+}
+
 /// Light from outside of all levels along a direction of travel.
 fn outside(direction: DVec3) -> CellLight {
     let above = if direction.y < 0.0 {
@@ -375,7 +385,8 @@ impl GridLight {
         let sun = DVec3::new(s[0], s[1], s[2]);
         for cell in cells(&level) {
             let at = index(&level, cell);
-            for d in 0..DIRECTIONS {
+            let mut scattered = [DVec3::ZERO; DIRECTIONS];
+            for (d, scattered) in scattered.iter_mut().enumerate() {
                 let mut sum = DVec3::ZERO;
                 for e in 0..DIRECTIONS {
                     let weight = phase(moments, direction(d).dot(direction(e))) / DIRECTIONS as f64;
@@ -383,7 +394,10 @@ impl GridLight {
                 }
                 let once = self.sun[at] * phase(moments, -direction(d).dot(sun)) / (4.0 * PI);
                 let once = DVec3::new(once, 0.0, 0.0);
-                self.sources[d * all + at] = f64::from(self.uniforms.albedo) * (sum + once);
+                *scattered = f64::from(self.uniforms.albedo) * (sum + once);
+            }
+            for (d, source) in positive(scattered).into_iter().enumerate() {
+                self.sources[d * all + at] = source;
             }
         }
     }

@@ -212,7 +212,9 @@ impl LightGridPass {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D3,
             format: wgpu::TextureFormat::Rgba16Float,
-            usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+            usage: wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
         let view = texture.create_view(&Default::default());
@@ -365,6 +367,7 @@ impl LightGrid {
                 && j.grid_size == size
         });
         if !fits {
+            gpu.begin_part("light grid");
             self.job = Some(passes.light_grid.job(gpu, passes, size, inputs));
             self.made = None;
         }
