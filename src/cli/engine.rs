@@ -7,16 +7,17 @@ use super::render::{Job, eprint_line};
 use crate::error::Result;
 use crate::frame::{Picture, Renderer};
 use crate::gpu::Gpu;
+use crate::scene::Scene;
 use crate::tables::TableSet;
 
-/// Makes the device and the renderer for a job: a function from time (s) to picture.
+/// Makes the device and the renderer for a job: a function from scene and time (s) to picture.
 pub(super) fn renderer(
     job: &Job,
     tables: Option<&Path>,
-) -> Result<impl FnMut(f64) -> Result<Picture>> {
+) -> Result<impl FnMut(&Scene, f64) -> Result<Picture>> {
     let (mut renderer, _) = made(job, tables)?;
-    let (scene, size) = (job.scene.clone(), job.size);
-    Ok(move |time| renderer.render(&scene, time, size))
+    let size = job.size;
+    Ok(move |scene: &Scene, time| renderer.render(scene, time, size))
 }
 
 /// Makes the device and the renderer for a job, and the tables with its medium.

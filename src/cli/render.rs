@@ -15,7 +15,7 @@ use crate::output::{
     self, Format, FrameRange, FrameState, Sequence, SequenceKey, check_target, write_atomically,
     write_picture,
 };
-use crate::scene::{DEFAULT_SCENE, Scene};
+use crate::scene::{CameraPath, DEFAULT_SCENE, Scene};
 
 /// Arguments of `cumuli render`.
 #[derive(Args, Debug)]
@@ -44,6 +44,10 @@ pub struct RenderArgs {
     /// Format of the frames
     #[arg(long, value_enum, default_value = "png", requires = "frames")]
     pub format: Format,
+    /// The camera follows a path: a TOML file of key times, positions and orientations; its time
+    /// counts from frame 0
+    #[arg(long, value_name = "FILE", requires = "frames")]
+    pub path: Option<PathBuf>,
     /// Replace frames of another scene or of other settings in the folder
     #[arg(long, requires = "frames")]
     pub overwrite: bool,
@@ -74,6 +78,7 @@ pub struct Job {
     /// Width and height, pixels.
     pub size: [u32; 2],
     target: Target,
+    path: Option<CameraPath>,
     timings: bool,
     stats: Option<PathBuf>,
 }
@@ -97,6 +102,7 @@ impl Job {
     /// Reads the scene and checks where the pictures go.
     pub fn new(args: &RenderArgs) -> Result<Self> {
         let (scene, place) = load_scene(args.scene.as_deref())?;
+        let path = args.path.as_deref().map(CameraPath::load).transpose()?;
         if let Some(stats) = &args.stats {
             output::check_file(stats)?;
             if *stats == args.out {
@@ -117,6 +123,7 @@ impl Job {
                     preset: args.preset,
                     start_time: args.time,
                     fps: args.fps,
+                    path: path.as_ref().map(CameraPath::to_toml).transpose()?,
                 };
                 let sequence = Sequence {
                     key,
@@ -143,17 +150,18 @@ impl Job {
             },
             size: args.size.0,
             target,
+            path,
             timings: args.timings,
             stats: args.stats.clone(),
         })
     }
 
-    /// Renders what is asked for. `render` makes the picture at a time in seconds.
-    pub fn run(&self, mut render: impl FnMut(f64) -> Result<Picture>) -> Result<()> {
+    /// Renders what is asked for. `render` makes the picture of a scene at a time in seconds.
+    pub fn run(&self, mut render: impl FnMut(&Scene, f64) -> Result<Picture>) -> Result<()> {
         let mut records = Vec::new();
         match &self.target {
             Target::Picture { path, time } => {
-                let picture = render(*time)?;
+                let picture = render(&self.scene, *time)?;
                 write_picture(path, &picture)?;
                 print(&path.display().to_string())?;
                 records.push(FrameRecord { frame: 0, time: *time, stats: picture.stats });
@@ -176,14 +184,19 @@ impl Job {
     fn run_sequence(
         &self,
         sequence: &Sequence,
-        mut render: impl FnMut(f64) -> Result<Picture>,
+        mut render: impl FnMut(&Scene, f64) -> Result<Picture>,
         records: &mut Vec<FrameRecord>,
     ) -> Result<()> {
+        let mut scene = self.scene.clone();
         let progress = Progress::new(u64::from(sequence.frames.count()), "frames");
         let keep_stats = self.stats.is_some();
         let report = sequence.run(
             |frame, time| {
-                let mut picture = render(time)?;
+                if let Some(path) = &self.path {
+                    let since_first = f64::from(frame) / sequence.key.fps;
+                    scene.camera = path.camera(since_first, &self.scene.camera);
+                }
+                let mut picture = render(&scene, time)?;
                 // Without a file for them, the last frame's statistics are enough.
                 if !keep_stats {
                     records.clear();

@@ -73,6 +73,9 @@ pub struct SequenceKey {
     pub start_time: f64,
     /// Frames per second of the scene's time.
     pub fps: f64,
+    /// The camera's path as TOML, where it follows one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path: Option<String>,
 }
 
 impl SequenceKey {

@@ -168,7 +168,7 @@ pub(super) fn write(scene: &Scene) -> Result<String> {
     toml::to_string(&file).map_err(|e| Error::input("scene", e.to_string()))
 }
 
-fn toml_error(text: &str, place: &str, path: &str, error: &toml::de::Error) -> Error {
+pub(super) fn toml_error(text: &str, place: &str, path: &str, error: &toml::de::Error) -> Error {
     let line = error.span().map_or(0, |span| line_at(text, span.start));
     fault::from_serde(path, error.message()).in_line(place, line)
 }
@@ -180,7 +180,7 @@ fn line_at(text: &str, byte: usize) -> usize {
 }
 
 /// The line where a field stands, or the table it is missing from; 0 if there is none.
-fn line_of(text: &str, field: &str) -> usize {
+pub(super) fn line_of(text: &str, field: &str) -> usize {
     let Ok(root) = DeTable::parse(text) else { return 0 };
     let mut line = 0;
     let mut value = &DeValue::Table(root.into_inner());

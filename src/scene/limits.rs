@@ -57,6 +57,13 @@ pub const EVOLUTION_TIME: Range = range(1.0, 1e9, "s");
 /// Time of a picture: 300 years either way.
 pub const TIME: Range = range(-1e10, 1e10, "s");
 
+/// Time on a camera path, from its beginning.
+pub const PATH_TIME: Range = range(0.0, 1e7, "s");
+/// Between two keys of a path, s: the camera's speed stays far below what f64 holds.
+pub const LEAST_KEY_STEP: f64 = 1e-4;
+/// Keys of a path.
+pub const MOST_PATH_KEYS: usize = 100_000;
+
 /// Cells per side of a ring: even, so that the ring inside it takes a square of whole cells.
 pub const CELLS: std::ops::RangeInclusive<u32> = 2..=512;
 /// Number of rings: what the frame's uniforms have room for; the cells of the outermost are 2^7

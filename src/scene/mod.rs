@@ -11,6 +11,7 @@ mod fault;
 mod file;
 pub mod limits;
 mod particles;
+pub mod path;
 mod text_file;
 mod vector;
 
@@ -20,6 +21,7 @@ pub use bodies::{Ground, Medium, Sky, Sun};
 pub use camera::{Camera, CameraBasis};
 pub use clouds::CloudField;
 pub use particles::ParticleSpec;
+pub use path::CameraPath;
 
 use crate::error::{Error, Result};
 use fault::At;

@@ -21,6 +21,9 @@ pub(super) struct Kind {
 /// A scene: 4 MiB, some 30,000 particles. More belong into a particles file.
 pub(super) const SCENE: Kind = Kind { name: "a scene in TOML", limit: 4 << 20, plain: false };
 
+/// A camera path: 4 MiB, hours of a recording.
+pub(super) const PATH: Kind = Kind { name: "a camera path in TOML", limit: 4 << 20, plain: false };
+
 /// Listed particles: 256 MiB, more than [`super::limits::MOST_PARTICLES`] take.
 pub(super) const PARTICLES: Kind =
     Kind { name: "a JSON file of particles", limit: 256 << 20, plain: true };

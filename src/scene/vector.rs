@@ -92,6 +92,34 @@ pub(super) mod quaternion {
     }
 }
 
+/// `#[serde(with)]` of a vector that may be missing.
+pub(super) mod some_three {
+    use glam::DVec3;
+    use serde::{Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(v: &Option<DVec3>, s: S) -> Result<S::Ok, S::Error> {
+        v.map(|v| v.to_array()).serialize(s)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Option<DVec3>, D::Error> {
+        super::three::deserialize(d).map(Some)
+    }
+}
+
+/// `#[serde(with)]` of a quaternion that may be missing.
+pub(super) mod some_quaternion {
+    use glam::DQuat;
+    use serde::{Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(q: &Option<DQuat>, s: S) -> Result<S::Ok, S::Error> {
+        q.map(|q| q.to_array()).serialize(s)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Option<DQuat>, D::Error> {
+        super::quaternion::deserialize(d).map(Some)
+    }
+}
+
 /// `#[serde(with)]` of what is written as its own text.
 pub(super) mod text {
     use std::fmt::Display;

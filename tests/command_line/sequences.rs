@@ -22,6 +22,30 @@ fn frames_follow_the_scenes_time() {
     assert!(place.read("one.png") != place.read(&format!("f/{}", frame(2))), "a still sequence");
 }
 
+/// A camera that moves away and comes back: its first and third frame are the same picture, the
+/// second another, and the first that of a still camera.
+#[test]
+fn the_camera_follows_a_path() {
+    let place = Place::new();
+    let key = |time: u32, x: u32| {
+        format!("[[keys]]\ntime = {time}\nposition = [{x}, 0, 500]\ntarget = [{x}, 0, 0]\n")
+    };
+    place.write("path.toml", &[key(0, 0), key(1, 80), key(2, 0)].concat());
+    place.works(&format!("{RENDER} --fps 1 --frames 0..3 --path path.toml --out f"));
+    place.works(&format!("{RENDER} --out still.png"));
+    let [first, second, third] = [0, 1, 2].map(|i| place.read(&format!("f/{}", frame(i))));
+    assert!(first == third && first == place.read("still.png") && first != second);
+
+    // Frames of another path are others.
+    place.write("other.toml", &[key(0, 0), key(1, 90)].concat());
+    let same = place.run(&format!("{RENDER} --fps 1 --frames 0..3 --path other.toml --out f"));
+    assert_eq!(same.code, Some(2), "{}", same.err);
+    let message = place.refuses(&format!("{RENDER} --path path.toml --out one.png"));
+    assert!(message.contains("--frames"), "{message}");
+    let message = place.refuses(&format!("{RENDER} --frames 0..2 --path none.toml --out g"));
+    assert_sentence(&message, &["none.toml", "camera path"]);
+}
+
 #[test]
 fn a_killed_sequence_goes_on_where_it_stopped() {
     let place = Place::new();

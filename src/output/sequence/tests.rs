@@ -11,6 +11,7 @@ fn sequence(folder: &Path) -> Sequence {
             preset: Preset::Low,
             start_time: 10.0,
             fps: 4.0,
+            path: None,
         },
         frames: FrameRange { start: 0, end: 6 },
         format: Format::Png,
@@ -102,10 +103,11 @@ fn frames_of_other_settings_are_refused_or_replaced_but_never_mixed() {
     let report = longer.run(fake, ignore).expect("more frames of the same");
     assert_eq!(report, SequenceReport { kept: 6, written: 2 });
 
-    let changes: [fn(&mut SequenceKey); 5] = [
+    let changes: [fn(&mut SequenceKey); 6] = [
         |k| k.scene.push('!'),
         |k| k.preset = Preset::High,
         |k| k.fps = 5.0,
+        |k| k.path = Some("a path".to_owned()),
         |k| k.start_time = -1.0,
         |k| k.tables = "other".to_owned(),
     ];
