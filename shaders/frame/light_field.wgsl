@@ -44,7 +44,8 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
     // Exactly: the sum of the weights is 1 but for rounding.
     sum.z = 1.0;
 #endif
-    let depth = min(-log(max(sun_transmittance[index], 1e-37)), DEEPEST);
+    // Sums of rounded weights may pass 1.
+    let depth = clamp(-log(max(sun_transmittance[index], 1e-37)), 0.0, DEEPEST);
     let slice = grid.level[id.y].low.w;
     textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), depth));
 }

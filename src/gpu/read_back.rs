@@ -21,7 +21,12 @@ impl Gpu {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, copied);
         self.queue.submit([encoder.finish()]);
-        self.mapped(&staging, |mapped| bytemuck::pod_collect_to_vec(&mapped[..bytes as usize]))
+        let mut values = room(count)?;
+        self.mapped(&staging, |mapped| {
+            let words = mapped[..bytes as usize].chunks_exact(size_of::<T>());
+            values.extend(words.map(bytemuck::pod_read_unaligned::<T>));
+        })?;
+        Ok(values)
     }
 
     /// Copies a texture back, `T` being one of its texels, layer by layer, row by row from the top.
@@ -32,7 +37,7 @@ impl Gpu {
         let most_rows = (BAND_BYTES / u64::from(padded)).clamp(1, u64::from(height)) as u32;
         let staging = self.staging(u64::from(padded) * u64::from(most_rows));
         let layers = texture.depth_or_array_layers();
-        let mut texels = Vec::with_capacity(width as usize * height as usize * layers as usize);
+        let mut texels = room(width as usize * height as usize * layers as usize)?;
         let bands = (0..height).step_by(most_rows as usize);
         for (layer, top) in (0..layers).flat_map(|layer| bands.clone().map(move |top| (layer, top)))
         {
@@ -53,7 +58,8 @@ impl Gpu {
             self.queue.submit([encoder.finish()]);
             self.mapped(&staging, |mapped| {
                 for line in mapped.chunks_exact(padded as usize).take(rows as usize) {
-                    texels.extend(bytemuck::pod_collect_to_vec::<u8, T>(&line[..row]));
+                    let values = line[..row].chunks_exact(size_of::<T>());
+                    texels.extend(values.map(bytemuck::pod_read_unaligned::<T>));
                 }
             })?;
             staging.unmap();
@@ -84,6 +90,16 @@ impl Gpu {
         let view = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
         Ok(read(&view))
     }
+}
+
+/// Memory for so many values: a picture may have gigabytes, and their lack must not end the program.
+fn room<T>(count: usize) -> Result<Vec<T>> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(count).map_err(|_| {
+        let bytes = count.saturating_mul(size_of::<T>());
+        Error::Failed(format!("not enough memory to read back {bytes} bytes"))
+    })?;
+    Ok(values)
 }
 
 #[cfg(test)]

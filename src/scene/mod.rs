@@ -88,6 +88,11 @@ impl Scene {
         file::parse(text, place, base_dir)
     }
 
+    /// Reads a list of particles from the text of a particles file; `place` names it in errors.
+    pub fn particles_from_json(text: &str, place: &str) -> Result<Vec<ParticleSpec>> {
+        particles::parse(text, place)
+    }
+
     /// Writes the scene as TOML, with all particles listed in it; [`Scene::from_toml`] reads
     /// back an equal scene.
     pub fn to_toml(&self) -> Result<String> {

@@ -302,7 +302,9 @@ impl Corners {
         self.add("no particles", space(eye, Vec::new()));
         let mut scene = Scene { sky: Sky::Atmosphere, ..space(eye, Vec::new()) };
         scene.camera.position.y = 2.0;
-        self.add("no particles, air", scene);
+        self.add("no particles, air", scene.clone());
+        scene.camera.target = scene.camera.position - DVec3::Y;
+        self.add("no particles, the ground right below", scene);
         self.add("one particle", space(eye, vec![particle(DVec3::ZERO, 50.0, 0.1, NOISE)]));
         let far = |i: i32| particle(DVec3::X * 1e9 * f64::from(i), 1e-3, 1e6, "uniform");
         self.add("two drops 2e9 m apart", space(eye, vec![far(-1), far(1)]));

@@ -121,6 +121,10 @@ impl Draw<'_> {
             Some(first) if first.centre != scene.camera.position => first.centre,
             _ => scene.camera.position + self.direction() * scale,
         };
+        // From below the ground nothing is defined that could be compared.
+        if scene.effective_ground().is_some() {
+            scene.camera.position.y = scene.camera.position.y.abs();
+        }
         // At 1e10 m from the origin two places may be one.
         if scene.camera.target == scene.camera.position {
             scene.camera.target.x += 1.0;

@@ -459,7 +459,7 @@ impl GridLight {
                         weight * self.lights[d * all + at]
                     })
                     .sum();
-                let depth = (-self.sun[at].max(1e-37).ln()).min(DEEPEST);
+                let depth = (-self.sun[at].max(1e-37).ln()).clamp(0.0, DEEPEST);
                 field[at] = (f64::from(self.uniforms.albedo) * sum.max(DVec3::ZERO)).extend(depth);
             }
         }
