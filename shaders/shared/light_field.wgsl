@@ -83,11 +83,14 @@ fn level_of(point: vec3<f32>) -> u32 {
     return chosen;
 }
 
+// A particle with less extinction than that, spread over a cell (1/m), is nothing: others crowd it.
+const LEAST_EXTINCTION: f32 = 1e-30;
+
 // Extinction of all matter around a point (1/m) over that of one particle if it were alone there: its
 // extinction times volume (m^2) spread over its ball (m) or over a cell, whichever is larger.
 fn crowding(point: vec3<f32>, mass: f32, ball: f32) -> f32 {
     let level = light_grid.level[level_of(point)];
     let own = mass / max(4.18879 * ball * ball * ball, level.cell.x * level.cell.y * level.cell.z);
     let at = clamp((point - level.low.xyz) / level.cell.xyz, vec3(0.0), vec3<f32>(level.size.xyz) - 1.0);
-    return grid_matter[grid_index(level, vec3<u32>(at))] / max(own, 1e-30);
+    return grid_matter[grid_index(level, vec3<u32>(at))] / max(own, LEAST_EXTINCTION);
 }

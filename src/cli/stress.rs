@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
-use super::args::Size;
+use super::args::{self, Size};
 use super::print;
 use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::frame::{Picture, Preset};
 use crate::output::{check_file, check_folder, write_atomically, write_picture};
 use crate::stress::corners::{corners, large};
+use crate::stress::soak::{Moment, STEP, soak};
 use crate::stress::{Case, MEDIA, Row, Stress, random};
 
 /// Arguments of `cumuli stress`.
@@ -35,6 +36,10 @@ pub struct StressArgs {
     /// The cases too that take gigabytes or minutes: a million particles, 8K
     #[arg(long)]
     pub large: bool,
+    /// In place of all cases: fly for so many seconds of the scene's time, a frame every two, and
+    /// tell whether memory or the work of a frame grows (Linux)
+    #[arg(long, value_name = "SECONDS", value_parser = args::interval)]
+    pub soak: Option<f64>,
     /// Print failed cases and the summary only
     #[arg(long)]
     pub quiet: bool,
@@ -62,6 +67,9 @@ pub(super) fn run(args: &StressArgs) -> Result<()> {
     }
     if let Some(folder) = &args.out {
         check_folder(folder)?;
+    }
+    if let Some(seconds) = args.soak {
+        return run_soak(seconds, args);
     }
     let wanted = |name: &str| args.only.as_deref().is_none_or(|part| name.contains(part));
     let mut named = corners(args.size.0, args.preset.unwrap_or_default());
@@ -96,16 +104,42 @@ pub(super) fn run(args: &StressArgs) -> Result<()> {
     let failed = rows.iter().filter(|row| !row.passes()).count();
     let numbers = rows.iter().map(|row| row.audit.numbers).sum();
     if let Some(path) = &args.json {
-        let report = Report { cases: rows.len(), failed, numbers, rows: &rows };
-        let json = serde_json::to_string_pretty(&report)
-            .map_err(|e| Error::Failed(format!("JSON: {e}")))?;
-        write_atomically(path, |out| out.write_all((json + "\n").as_bytes()))?;
+        write_json(path, &Report { cases: rows.len(), failed, numbers, rows: &rows })?;
     }
     print(&format!("{} cases, {failed} failed, {numbers} numbers looked at", rows.len()))?;
     match failed {
         0 => Ok(()),
         _ => Err(Error::Failed(format!("{failed} of {} cases failed", rows.len()))),
     }
+}
+
+fn run_soak(seconds: f64, args: &StressArgs) -> Result<()> {
+    let frames = (seconds / STEP).ceil() as u64;
+    let progress = Progress::new(frames, "frames");
+    let flight = soak(seconds, args.size.0, args.preset.unwrap_or(Preset::Low), |_| {
+        progress.step(false);
+    })?;
+    progress.finish();
+    let line = |name: &str, m: &Moment| {
+        print(&format!(
+            "{name:14} {:8.1} MiB resident, {:6.1} MiB on the device, {:8.1} ms of processor time a frame",
+            m.memory, m.device, m.work
+        ))
+    };
+    print(&format!("{} frames, {} s of flight", flight.frames, flight.seconds))?;
+    line("first quarter", &flight.first)?;
+    line("last quarter", &flight.last)?;
+    print(&format!("most {:16.1} MiB resident", flight.most))?;
+    if let Some(path) = &args.json {
+        write_json(path, &flight)?;
+    }
+    flight.failure().map_or(Ok(()), |why| Err(Error::Failed(why)))
+}
+
+fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
+    let json =
+        serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("JSON: {e}")))?;
+    write_atomically(path, |out| out.write_all((json + "\n").as_bytes()))
 }
 
 fn head() -> String {

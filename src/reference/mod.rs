@@ -26,7 +26,7 @@ mod world;
 
 pub use atmosphere_sky::AtmosphereSky;
 pub use develop::picture;
-pub use exact::{Exact, ExactPixel};
+pub use exact::{AIR_STEPS, Exact, ExactPixel};
 pub use film::{CHANNELS, Film, Pixel};
 pub use fluxes::{SlabFluxes, slab_fluxes};
 pub use geometry::{Medium, Piece, Ray, first_collision, transmittance};

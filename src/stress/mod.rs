@@ -12,11 +12,12 @@ pub mod corners;
 pub mod energy;
 pub mod random;
 pub mod rules;
+pub mod soak;
 
 use serde::Serialize;
 
 pub use audit::Audit;
-pub use composed::Difference;
+pub use composed::{Difference, KeptAir};
 pub use energy::Energy;
 
 use crate::error::{Error, Result};
@@ -115,6 +116,7 @@ const NO_ALBEDO: f64 = 1e-6;
 pub struct Stress {
     gpu: Gpu,
     tables: TableSet,
+    air: Option<KeptAir>,
     made: Option<Made>,
 }
 
@@ -146,7 +148,7 @@ impl Stress {
         }
         let depth = built_in.optical_depth().to_vec();
         let tables = TableSet::new(depth, *built_in.optical_depth_options(), scattering)?;
-        Ok(Self { gpu: Gpu::headless()?.watched(), tables, made: None })
+        Ok(Self { gpu: Gpu::headless()?.watched(), tables, made: None, air: None })
     }
 
     /// The tables in use.
@@ -202,7 +204,8 @@ impl Stress {
         if let Some(made) = &self.made {
             let energy = Energy::new(&case.scene, made);
             row.energy = energy.largest(&case.scene, &picture);
-            row.composed = composed::difference(made, &self.tables, case, &picture, &energy)?;
+            let scene = composed::Composed { made, tables: &self.tables, energy: &energy };
+            row.composed = scene.difference(case, &picture, &mut self.air)?;
         }
         Ok(picture)
     }
