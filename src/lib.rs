@@ -1,5 +1,6 @@
 //! Real-time volumetric clouds from precomputed particle tables, on wgpu.
 
+pub mod bench;
 pub mod cli;
 pub mod compare;
 pub mod error;

@@ -34,8 +34,8 @@ fn view(size: [u32; 2]) -> View {
     let camera = Camera {
         position: DVec3::new(0.0, 0.0, 1500.0),
         target: DVec3::ZERO,
-        up: DVec3::Y,
         fov_x: 40.0,
+        ..Camera::default()
     };
     View::new(&camera, size, None, Filter::Box)
 }

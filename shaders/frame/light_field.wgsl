@@ -2,7 +2,7 @@
 // that the blend filters. Twin: src/frame/cpu/light_grid.rs.
 //
 // Workgroup contract: one invocation owns one cell of one level.
-#import cumuli::light_grid_data::{DIRECTIONS, GridEye, LightGridUniforms, grid_direction, grid_index, grid_phase, unpack_light}
+#import cumuli::light_grid_data::{DIRECTIONS, GridEye, LightGridUniforms, crossing, grid_direction, grid_index, grid_phase, unpack_light}
 
 @group(0) @binding(0) var<uniform> eye: GridEye;
 @group(0) @binding(1) var<uniform> grid: LightGridUniforms;
@@ -12,7 +12,8 @@
 #else
 @group(0) @binding(3) var<storage, read> lights: array<u32>;       // [direction][cell]
 #endif
-@group(0) @binding(4) var field: texture_storage_3d<rgba16float, write>; // light; a: optical depth to the sun
+@group(0) @binding(4) var<storage, read> extinction: array<f32>; // 1/m
+@group(0) @binding(5) var field: texture_storage_3d<rgba16float, write>; // light; a: optical depth to the sun
 
 // Distance from the eye, in cells, within which the direction to it is not that of the cell's
 // centre alone.
@@ -44,8 +45,10 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
     // Exactly: the sum of the weights is 1 but for rounding.
     sum.z = 1.0;
 #endif
+    // The grid keeps what comes in; the light field tells the middle.
+    let half_way = 0.5 * extinction[index] * crossing(-grid.sun.xyz, level.cell.xyz).path;
     // Sums of rounded weights may pass 1.
-    let depth = clamp(-log(max(sun_transmittance[index], 1e-37)), 0.0, DEEPEST);
+    let depth = clamp(half_way - log(max(sun_transmittance[index], 1e-37)), 0.0, DEEPEST);
     let slice = grid.level[id.y].low.w;
     textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), depth));
 }

@@ -1,40 +1,37 @@
-// Light grid: discrete ordinates on nested grids around the camera. Matter of the particles is
-// spread over cells; sunlight is followed through it; then light is scattered in every cell and
-// swept along twelve directions, in turns, from the coarsest level to the finest. A finer level
-// begins with the light of the coarser and takes from it what flows in at its border.
+// Light grid: discrete ordinates on nested grids around the camera. Sunlight is followed through the
+// matter of the cells (light_grid_matter.wgsl); then light is scattered in every cell and swept along
+// twelve directions, in turns, from the coarsest level to the finest. A finer level begins with the
+// light of the coarser and takes from it what flows in at its border.
 // Twin: src/frame/cpu/light_grid.rs, where the method is told.
 //
-// Workgroup contract: `splat` one invocation a particle (sums of integers: no order), `density` and
-// `scatter` one a cell, `begin` one a cell and direction. `sunlight` is one workgroup: plane after
-// plane downstream, with a barrier between planes. A direction of `sweep` stays within planes of
-// cells: one invocation owns one such plane and walks it row after row downstream; it reads only
-// what it wrote itself.
-#import cumuli::gpu_data::{Particle, ParticleCount}
-#import cumuli::light_grid_data::{DIRECTIONS, GridLevel, GridStage, LightGridUniforms, grid_direction, grid_index, grid_phase, light_from_outside, pack_light, unpack_light}
-#import cumuli::numerics::opacity
+// Workgroup contract: `scatter` one invocation a cell, `begin` one a cell and direction. `sunlight` is
+// one workgroup: plane after plane downstream, with a barrier between planes. In `sweep` one
+// invocation owns one slanted plane of cells along one direction, every cell is in one of them, and
+// light that leaves its plane sideways leaves the level: it reads only what it wrote itself, and
+// extinctions and sources, which `sweep` does not write.
+#import cumuli::light_grid_data::{Crossing, DIRECTIONS, GridLevel, GridStage, LightGridUniforms, crossing, grid_direction, grid_index, grid_phase, light_from_outside, pack_light, unpack_light}
+#import cumuli::numerics::{mean_transmittance, opacity}
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
 @group(0) @binding(1) var<uniform> stage: GridStage;
-@group(0) @binding(2) var<storage, read> particles: array<Particle>;
-@group(0) @binding(3) var<storage, read> particle_count: ParticleCount;
-@group(0) @binding(4) var<storage, read_write> matter: array<atomic<u32>>;  // counts of grid.quantum
-@group(0) @binding(5) var<storage, read_write> extinction: array<f32>;     // 1/m
-@group(0) @binding(6) var<storage, read_write> sun_transmittance: array<f32>;
+@group(0) @binding(2) var<storage, read> extinction: array<f32>;              // 1/m
+@group(0) @binding(3) var<storage, read_write> sun_transmittance: array<f32>; // where the sun's light enters a cell
+// Lights are means over a cell. Behind them, for `sweep`: what flowed out of the cells of a slanted
+// plane in the row before, [direction][cell along the row][slanted plane].
 #ifdef ABSORBING
-@group(0) @binding(7) var<storage, read_write> sources: array<vec2<u32>>;  // [direction][cell]
-@group(0) @binding(8) var<storage, read_write> lights: array<vec2<u32>>;   // [direction][cell]
+@group(0) @binding(4) var<storage, read_write> sources: array<vec2<u32>>;     // [direction][cell]
+@group(0) @binding(5) var<storage, read_write> lights: array<vec2<u32>>;      // [direction][cell]
 #else
-@group(0) @binding(7) var<storage, read_write> sources: array<u32>;        // [direction][cell]
-@group(0) @binding(8) var<storage, read_write> lights: array<u32>;         // [direction][cell]
+@group(0) @binding(4) var<storage, read_write> sources: array<u32>;           // [direction][cell]
+@group(0) @binding(5) var<storage, read_write> lights: array<u32>;            // [direction][cell]
 #endif
-@group(0) @binding(9) var<storage, read> spread: array<f32>;               // by shape: radius of the even ball of the same moments
 
 const PI: f32 = 3.14159265;
 // Cells within the border of a level where it counts as outside: borders of levels may coincide, and
 // a rounding shall not decide.
 const BORDER: f32 = 1e-3;
-// Of `sunlight`.
-const WORKGROUP: u32 = 128u;
+const SUNLIGHT_WORKGROUP: u32 = 128u;
+const SWEEP_WORKGROUP: u32 = 32u;
 
 fn cell_of(index: u32, size: vec3<u32>) -> vec3<u32> {
     return vec3(index % size.x, (index / size.x) % size.y, index / (size.x * size.y));
@@ -42,73 +39,6 @@ fn cell_of(index: u32, size: vec3<u32>) -> vec3<u32> {
 
 fn cell_centre(level: GridLevel, cell: vec3<f32>) -> vec3<f32> {
     return level.low.xyz + (cell + 0.5) * level.cell.xyz;
-}
-
-// Share of a cell that a ball fills, roughly: linear in the distance between the centres over one
-// cell's width. The sum over all cells is made exact by `splat`.
-fn ball_share(ball: f32, offset: vec3<f32>, cell: vec3<f32>) -> f32 {
-    let distance = length(offset);
-    let width = max(dot(abs(offset), cell) / max(distance, 1e-6), min(cell.x, min(cell.y, cell.z)));
-    return clamp((ball - distance) / width + 0.5, 0.0, 1.0);
-}
-
-@compute @workgroup_size(64)
-fn splat(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= particle_count.particles {
-        return;
-    }
-    let particle = particles[id.x];
-    let ball = particle.radius * spread[min(particle.shape, grid.spreads - 1u)];
-    // Extinction times volume, m^2.
-    let mass = particle.optical_radius * particle.radius * particle.radius * (4.0 / 3.0 * PI);
-    for (var l = 0u; l < grid.levels; l++) {
-        let level = grid.level[l];
-        let cell = level.cell.xyz;
-        let place = (particle.centre - level.low.xyz) / cell;
-        // At least the nearest cells, so that particles smaller than a cell are spread too.
-        let reach = max(vec3(ball) / cell, vec3(0.5)) + 0.5;
-        let last = vec3<f32>(level.size.xyz) - 1.0;
-        if any(place + reach < vec3(0.0)) || any(place - reach > last + 1.0) {
-            continue;
-        }
-        let first_cell = vec3<i32>(floor(place - reach));
-        let last_cell = vec3<i32>(floor(place + reach));
-        var total = 0.0;
-        // Small balls: linear between the nearest cells.
-        let small = ball < 0.75 * max(cell.x, max(cell.y, cell.z));
-        for (var pass_index = 0u; pass_index < 2u; pass_index++) {
-            let scale = mass / (max(total, 1e-20) * cell.x * cell.y * cell.z * grid.quantum);
-            // The sum runs over the whole ball, also where it sticks out of the level.
-            var begin_cell = first_cell;
-            var end_cell = last_cell;
-            if pass_index == 1u {
-                begin_cell = max(first_cell, vec3(0));
-                end_cell = min(last_cell, vec3<i32>(last));
-            }
-            for (var z = begin_cell.z; z <= end_cell.z; z++) {
-                for (var y = begin_cell.y; y <= end_cell.y; y++) {
-                    for (var x = begin_cell.x; x <= end_cell.x; x++) {
-                        let away = place - vec3(f32(x), f32(y), f32(z)) - 0.5;
-                        let hat = max(1.0 - abs(away), vec3(0.0));
-                        let share = select(ball_share(ball, away * cell, cell), hat.x * hat.y * hat.z, small);
-                        if pass_index == 0u {
-                            total += share;
-                        } else if share > 0.0 {
-                            let index = grid_index(level, vec3<u32>(vec3(x, y, z)));
-                            atomicAdd(&matter[index], u32(share * scale + 0.5));
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-@compute @workgroup_size(64)
-fn density(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x < grid.cells {
-        extinction[id.x] = f32(atomicLoad(&matter[id.x])) * grid.quantum;
-    }
 }
 
 // Where a coarser level is sampled: the corner cell and the fractions.
@@ -165,48 +95,23 @@ fn inflow(inner: u32, direction_index: u32, point: vec3<f32>) -> vec3<f32> {
     return light_from_outside(grid_direction(direction_index));
 }
 
+// Sunlight at a point outside of level `inner`.
 fn sun_inflow(inner: u32, point: vec3<f32>) -> f32 {
     if inner + 1u < grid.levels {
         let outer = grid.level[inner + 1u];
         let place = grid_place(outer, point);
         if place.inside {
+            // From where light enters the cell to its middle.
+            let half_way = 0.5 * crossing(-grid.sun.xyz, outer.cell.xyz).path;
             var sum = 0.0;
             for (var corner = 0u; corner < 8u; corner++) {
-                sum += corner_weight(place, corner) * sun_transmittance[grid_index(outer, corner_of(place, corner))];
+                let at = grid_index(outer, corner_of(place, corner));
+                sum += corner_weight(place, corner) * sun_transmittance[at] * exp(-half_way * extinction[at]);
             }
             return sum;
         }
     }
     return 1.0;
-}
-
-// How a direction crosses the planes of cells: along its steepest axis, in cells.
-struct Crossing {
-    main: u32,       // axis across the planes
-    second: u32,     // the two axes in a plane
-    third: u32,
-    forward: bool,
-    slope: vec2<f32>,// cells upstream in the plane per plane, with sign
-    path: f32,       // m between planes
-}
-
-fn crossing(direction: vec3<f32>, cell: vec3<f32>) -> Crossing {
-    var result: Crossing;
-    let rate = direction / cell;
-    let steep = abs(rate);
-    if steep.x >= steep.y && steep.x >= steep.z {
-        result.main = 0u;
-    } else if steep.y >= steep.z {
-        result.main = 1u;
-    } else {
-        result.main = 2u;
-    }
-    result.second = (result.main + 1u) % 3u;
-    result.third = (result.main + 2u) % 3u;
-    result.forward = rate[result.main] > 0.0;
-    result.slope = -vec2(rate[result.second], rate[result.third]) / steep[result.main];
-    result.path = 1.0 / steep[result.main];
-    return result;
 }
 
 fn cell_from(c: Crossing, main: i32, second: i32, third: i32) -> vec3<i32> {
@@ -217,6 +122,7 @@ fn cell_from(c: Crossing, main: i32, second: i32, third: i32) -> vec3<i32> {
     return cell;
 }
 
+// What a cell lets through flows into the four that it faces: no sunlight is lost or made.
 @compute @workgroup_size(128)
 fn sunlight(@builtin(local_invocation_index) local: u32) {
     let level = grid.level[stage.level];
@@ -229,25 +135,23 @@ fn sunlight(@builtin(local_invocation_index) local: u32) {
     for (var p = 0; p < planes; p++) {
         let main = select(planes - 1 - p, p, c.forward);
         let before = select(main + 1, main - 1, c.forward);
-        for (var i = local; i < count; i += WORKGROUP) {
+        for (var i = local; i < count; i += SUNLIGHT_WORKGROUP) {
             let second = i32(i) % width;
             let third = i32(i) / width;
             let here = grid_index(level, vec3<u32>(cell_from(c, main, second, third)));
             var light = 0.0;
-            var matter_before = 0.0;
             for (var tap = 0u; tap < 4u; tap++) {
                 let weight = select(1.0 - f.x, f.x, (tap & 1u) != 0u) * select(1.0 - f.y, f.y, (tap & 2u) != 0u);
                 let cell = cell_from(c, before, second + i32(whole.x) + i32(tap & 1u), third + i32(whole.y) + i32(tap >> 1u));
                 if all(cell >= vec3(0)) && all(cell < vec3<i32>(level.size.xyz)) {
                     let there = grid_index(level, vec3<u32>(cell));
-                    light += weight * sun_transmittance[there];
-                    matter_before += weight * extinction[there];
+                    light += weight * sun_transmittance[there] * exp(-extinction[there] * c.path);
                 } else if weight > 0.0 {
-                    light += weight * sun_inflow(stage.level, cell_centre(level, vec3<f32>(cell)));
+                    let face = cell_centre(level, vec3<f32>(cell)) - 0.5 * c.path * grid.sun.xyz;
+                    light += weight * sun_inflow(stage.level, face);
                 }
             }
-            let tau = 0.5 * (matter_before + extinction[here]) * c.path;
-            sun_transmittance[here] = light * exp(-tau);
+            sun_transmittance[here] = light;
         }
         storageBarrier();
     }
@@ -270,6 +174,15 @@ fn begin(@builtin(global_invocation_id) id: vec3<u32>) {
     lights[id.y * grid.cells + grid_index(level, cell)] = pack_light(light);
 }
 
+// A step from the source of before towards the one that the cell's light asks for.
+fn relaxed(at: u32, wanted: vec3<f32>) -> vec3<f32> {
+    // A full step does not look at the source of before, which may never have been made.
+    if stage.relaxation == 1.0 {
+        return wanted;
+    }
+    return mix(unpack_light(sources[at]), wanted, stage.relaxation);
+}
+
 // Scatters the light of a cell: a phase function of degree 2 needs of the light its even part, by
 // pairs of opposite directions, and the first moment of its odd part.
 @compute @workgroup_size(64)
@@ -286,7 +199,7 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     var even: array<vec3<f32>, 6>;
     var total = vec3(0.0);
     var odd = mat3x3<f32>();
-    for (var axis = 0u; axis < 6u; axis++) {
+    for (var axis = 0u; axis < DIRECTIONS / 2u; axis++) {
         let along = unpack_light(lights[2u * axis * grid.cells + index]);
         let against = unpack_light(lights[(2u * axis + 1u) * grid.cells + index]);
         even[axis] = along + against;
@@ -298,119 +211,171 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let first = grid.moment_first;
     let second = grid.moment_second;
-    let sun = sun_transmittance[index] / (4.0 * PI);
-    var scattered: array<vec3<f32>, 12>;
+    var scattered: array<vec3<f32>, DIRECTIONS>;
     var sum = vec3(0.0);
     var kept = vec3(0.0);
-    for (var axis = 0u; axis < 6u; axis++) {
+    let sun_tau = extinction[index] * crossing(-grid.sun.xyz, level.cell.xyz).path;
+    let sun = sun_transmittance[index] * mean_transmittance(sun_tau) / (4.0 * PI);
+    for (var axis = 0u; axis < DIRECTIONS / 2u; axis++) {
         let d = grid_direction(2u * axis);
-        let same = (1.0 - second) / 12.0 * total + 0.5 * second * even[axis];
+        let same = (1.0 - second) / f32(DIRECTIONS) * total + 0.5 * second * even[axis];
         let turned = 0.25 * first * (odd[0] * d.x + odd[1] * d.y + odd[2] * d.z);
         let cosine = -dot(d, grid.sun.xyz);
         let moments = vec2(first, second);
         let along = grid.albedo * (same + turned + vec3(sun * grid_phase(moments, cosine), 0.0, 0.0));
         let against = grid.albedo * (same - turned + vec3(sun * grid_phase(moments, -cosine), 0.0, 0.0));
-        scattered[2u * axis] = along;
-        scattered[2u * axis + 1u] = against;
-        sum += along + against;
-        kept += max(along, vec3(0.0)) + max(against, vec3(0.0));
+        let at = 2u * axis * grid.cells + index;
+        scattered[2u * axis] = relaxed(at, along);
+        scattered[2u * axis + 1u] = relaxed(at + grid.cells, against);
     }
-    // A phase function of degree 2 is negative at some angles: there is no light then, and the other
-    // directions give what that adds. Where nothing is negative nothing changes, to the bit.
-    let balance = select(sum / kept, vec3(1.0), sum >= kept);
+    if stage.is_last != 0u {
+        for (var d = 0u; d < DIRECTIONS; d++) {
+            sum += scattered[d];
+            kept += max(scattered[d], vec3(0.0));
+        }
+        // A phase function of degree 2 is negative at some angles: in the end there is no light there,
+        // and the other directions give what that adds. Where nothing is negative nothing changes,
+        // to the bit.
+        let balance = select(max(sum, vec3(0.0)) / kept, vec3(1.0), sum >= kept);
+        for (var d = 0u; d < DIRECTIONS; d++) {
+            scattered[d] = balance * max(scattered[d], vec3(0.0));
+        }
+    }
     for (var d = 0u; d < DIRECTIONS; d++) {
-        sources[d * grid.cells + index] = pack_light(balance * max(scattered[d], vec3(0.0)));
+        sources[d * grid.cells + index] = pack_light(scattered[d]);
     }
 }
 
-// A cell before the one that is worked on.
-struct Upstream {
-    light: vec3<f32>,
+// A cell next to the one that is worked on.
+struct Neighbour {
+    light: vec3<f32>,    // that flows out of it
     extinction: f32,     // 1/m; 0 outside of the level
-    source: vec3<f32>,
+    source: vec3<f32>,   // 0 without matter
 }
 
-// Carries light along one direction through a level: short characteristics between rows of cells
-// with a source linear in optical depth (Kunasz and Auer 1988). Light comes from the cell before and
-// from the one beside it upstream; the walk along a row goes so that the latter is the former of the
-// cell worked on last.
+// Source on the face towards two neighbours of these shares: the value with which light diffuses
+// equally fast up to the face and on from it. None of it is known of an empty neighbour.
+fn face_source(own: vec3<f32>, own_extinction: f32, near: Neighbour, beside: Neighbour, share: f32) -> vec3<f32> {
+    let held = vec2((1.0 - share) * near.extinction, share * beside.extinction);
+    let other = held.x + held.y;
+    if other <= 0.0 {
+        return own;
+    }
+    let source = (held.x * near.source + held.y * beside.source) / other;
+    return (own * other + source * own_extinction) / (own_extinction + other);
+}
+
+// Planes that a slanted plane has moved by in a row of cells; the same for both signs.
+fn moved(drift: f32, row: i32) -> i32 {
+    let planes = i32(floor(abs(drift) * (f32(row) + 0.5)));
+    return select(planes, -planes, drift < 0.0);
+}
+
+// Optical depth below which `skew` is a series: there both are wrong by 4e-4, the series by what it
+// leaves out, the formula by cancelled digits.
+const SKEW_SERIES_BELOW: f32 = 0.05;
+
+// Carries light along one direction through a level. What flows out of a cell flows into the two
+// that it faces in the next row of its slanted plane: the one after it, and the one beside that; the
+// walk along a row goes so that the latter comes next.
 @compute @workgroup_size(32)
 fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let level = grid.level[stage.level];
     let c = crossing(grid_direction(group.y), level.cell.xyz);
     let steps = vec3<i32>(1, i32(level.size.x), i32(level.size.x * level.size.y));
-    // The axis along which the direction does not change is the one between planes.
-    let turned = c.slope.x == 0.0;
+    // Between planes the direction changes least: there it goes by whole cells.
+    let turned = abs(c.slope.x) < abs(c.slope.y);
     let plane_axis = select(c.third, c.second, turned);
     let row_axis = select(c.second, c.third, turned);
     let slope = select(c.slope.x, c.slope.y, turned);
-    let plane = group.x * 32u + local;
-    if plane >= level.size[plane_axis] {
-        return;
-    }
-    let weight = abs(slope);
+    let drift = -select(c.slope.y, c.slope.x, turned);
+    let planes = i32(level.size[plane_axis]);
     let rows = i32(level.size[c.main]);
     let width = i32(level.size[row_axis]);
+    let farthest = moved(drift, rows - 1);
+    // Never more than twice the longest side: a direction moves no farther than along its main axis.
+    let number = i32(group.x * SWEEP_WORKGROUP + local);
+    if number >= planes + abs(farthest) {
+        return;
+    }
+    let first_plane = number - max(farthest, 0);
+    let share = abs(slope);
     let main_step = select(-steps[c.main], steps[c.main], c.forward);
     // Upstream beside is at higher numbers: from high to low.
     let falling = slope > 0.0;
-    let walk = select(1, -1, falling);
-    let row_step = walk * steps[row_axis];
+    let row_step = select(1, -1, falling) * steps[row_axis];
     let base = i32(group.y * grid.cells);
-    var row = i32(level.size.w) + i32(plane) * steps[plane_axis]
+    let origin = i32(level.size.w)
         + select(rows - 1, 0, c.forward) * steps[c.main]
         + select(0, width - 1, falling) * steps[row_axis];
+    let flow_stride = i32(2u * grid.longest);
+    let flow = i32(DIRECTIONS * grid.cells + group.y * grid.longest * 2u * grid.longest) + number;
     for (var r = 0; r < rows; r++) {
-        let before = f32(select(rows - r, r - 1, c.forward));
-        var here = row;
-        var beside: Upstream;
+        let plane = first_plane + moved(drift, r);
+        if plane < 0 || plane >= planes {
+            continue;
+        }
+        let plane_before = first_plane + moved(drift, r - 1);
+        let plane_after = first_plane + moved(drift, r + 1);
+        let has_before = r > 0 && plane_before >= 0 && plane_before < planes;
+        let has_after = r + 1 < rows && plane_after >= 0 && plane_after < planes;
+        let main_before = f32(select(rows - r, r - 1, c.forward));
+        let to_before = (plane_before - plane) * steps[plane_axis] - main_step;
+        let to_after = (plane_after - plane) * steps[plane_axis] + main_step;
+        var here = origin + r * main_step + plane * steps[plane_axis];
+        var before_beside: Neighbour;
+        var after: Neighbour;
         for (var k = -1; k < width; k++) {
-            var up: Upstream;
-            if r > 0 && k >= 0 {
-                let there = here - main_step;
-                up.light = unpack_light(lights[base + there]);
-                up.extinction = extinction[there];
-                if up.extinction > 0.0 {
-                    up.source = unpack_light(sources[base + there]);
+            var before: Neighbour;
+            if has_before && k >= 0 {
+                let there = here + to_before;
+                before.light = unpack_light(lights[flow + k * flow_stride]);
+                before.extinction = extinction[there];
+                if before.extinction > 0.0 {
+                    before.source = unpack_light(sources[base + there]);
                 }
             } else {
                 var cell = vec3(0.0);
-                cell[c.main] = before;
+                cell[c.main] = main_before;
                 cell[row_axis] = f32(select(k, width - 1 - k, falling));
-                cell[plane_axis] = f32(plane);
-                up.light = inflow(stage.level, group.y, cell_centre(level, cell));
-                up.extinction = 0.0;
-                up.source = vec3(0.0);
+                // Into the first row by the direction itself, not by whole cells.
+                cell[plane_axis] = select(f32(plane_before), f32(plane) - drift, r == 0);
+                before.light = inflow(stage.level, group.y, cell_centre(level, cell));
+            }
+            var after_beside: Neighbour;
+            if has_after && k + 1 < width {
+                let there = here + to_after + select(0, row_step, k >= 0);
+                after_beside.extinction = extinction[there];
+                if after_beside.extinction > 0.0 {
+                    after_beside.source = unpack_light(sources[base + there]);
+                }
             }
             if k >= 0 {
-                var light = mix(up.light, beside.light, weight);
-                let held = vec2((1.0 - weight) * up.extinction, weight * beside.extinction);
-                let matter_before = held.x + held.y;
-                let matter_here = extinction[here];
-                let tau = 0.5 * (matter_before + matter_here) * c.path;
-                if tau > 0.0 {
-                    var source_here = vec3(0.0);
-                    if matter_here > 0.0 {
-                        source_here = unpack_light(sources[base + here]);
-                    }
-                    // At the cloud's edge only one side has a source.
-                    var source_before = source_here;
-                    if matter_before > 0.0 {
-                        source_before = (held.x * up.source + held.y * beside.source) / matter_before;
-                    }
-                    if matter_here <= 0.0 {
-                        source_here = source_before;
-                    }
+                let flows_in = mix(before.light, before_beside.light, share);
+                var flows_out = flows_in;
+                var mean = flows_in;
+                let matter = extinction[here];
+                if matter > 0.0 {
+                    let tau = matter * c.path;
+                    let source = unpack_light(sources[base + here]);
+                    let change = face_source(source, matter, after, after_beside, share)
+                        - face_source(source, matter, before, before_beside, share);
+                    // Nowhere in the cell below 0.
+                    let slope_of_source = clamp(change, -2.0 * abs(source), 2.0 * abs(source));
                     let opaque = opacity(tau);
-                    // Weight of the near end: 1 - opaque / tau.
-                    let near = select(1.0 - opaque / max(tau, 1e-3), tau * (0.5 - tau / 6.0), tau < 1e-3);
-                    light = light * (1.0 - opaque) + source_here * near + source_before * (opaque - near);
+                    let clear = mean_transmittance(tau);
+                    // What a source that grows downstream by 1 about its mean adds at the end.
+                    let skew = select(1.0 - 0.5 * opaque - clear, tau * tau * (2.0 - tau) / 24.0, tau < SKEW_SERIES_BELOW);
+                    flows_out = flows_in * (1.0 - opaque) + source * opaque + slope_of_source * skew;
+                    // So that flows_out - flows_in = tau * (source - mean).
+                    mean = flows_in * clear + source * (1.0 - clear) - slope_of_source * (skew / tau);
                 }
-                lights[base + here] = pack_light(light);
+                lights[base + here] = pack_light(mean);
+                lights[flow + k * flow_stride] = pack_light(flows_out);
                 here += row_step;
             }
-            beside = up;
+            before_beside = before;
+            after = after_beside;
         }
-        row += main_step;
     }
 }

@@ -1,5 +1,5 @@
 // The grid of scattered light: where its cells lie, its directions, how a cell's light is packed.
-// Host: src/frame/light_grid/. Twin: src/frame/cpu/light_grid.rs.
+// Host: src/frame/light_grid/. Twin: src/frame/cpu/light_grid/cells.rs.
 //
 // Levels go from fine (0) to coarse; a coarser one surrounds or holds the finer. Positions are
 // relative to the grid's anchor. A cell's light has three parts, all per unit of what they come
@@ -23,15 +23,15 @@ struct LightGridUniforms {
     albedo: f32,          // scaled
     quantum: f32,         // 1/m: extinction of one count of `matter`
     spreads: u32,         // entries of `spread`
-    padding_a: u32,
+    longest: u32,         // most cells along an axis of a level
     level: array<GridLevel, 10>,
 }
 
 // Which level a dispatch works on.
 struct GridStage {
     level: u32,
-    padding_a: u32,
-    padding_b: u32,
+    relaxation: f32,      // step from the sources of before towards the new ones
+    is_last: u32,         // 1: the last turn of the level
     padding_c: u32,
 }
 
@@ -43,19 +43,23 @@ struct GridEye {
 const DIRECTIONS: u32 = 12u;
 const AXIS_SHORT: f32 = 0.52573111;
 const AXIS_LONG: f32 = 0.85065081;
+// Turn about z: the four corners with y = 0 go to |y| = 1/6, light along them leaves layers of clouds.
+const TILT_SIN: f32 = 0.19592842; // 1 / (6 AXIS_LONG)
+const TILT_COS: f32 = 0.98061820;
 
 // Directions of travel: the corners of an icosahedron, which integrate polynomials up to degree 5
-// exactly with equal weights. Opposite ones are neighbours in number. One component is always 0,
-// so that a step upstream lands between two cells instead of four.
+// exactly with equal weights. Opposite ones are neighbours in number.
 fn grid_direction(index: u32) -> vec3<f32> {
     let axis = index >> 1u;
     let second = select(AXIS_LONG, -AXIS_LONG, (axis & 1u) != 0u);
     let sign = select(1.0, -1.0, (index & 1u) != 0u);
+    var d = vec3(second, 0.0, AXIS_SHORT);
     switch axis >> 1u {
-        case 0u: { return sign * vec3(0.0, AXIS_SHORT, second); }
-        case 1u: { return sign * vec3(AXIS_SHORT, second, 0.0); }
-        default: { return sign * vec3(second, 0.0, AXIS_SHORT); }
+        case 0u: { d = vec3(0.0, AXIS_SHORT, second); }
+        case 1u: { d = vec3(AXIS_SHORT, second, 0.0); }
+        default: {}
     }
+    return sign * vec3(d.x * TILT_COS - d.y * TILT_SIN, d.x * TILT_SIN + d.y * TILT_COS, d.z);
 }
 
 #ifdef ABSORBING
@@ -83,12 +87,40 @@ fn grid_index(level: GridLevel, cell: vec3<u32>) -> u32 {
 
 // Light that comes in from outside of all levels along a direction of travel.
 fn light_from_outside(direction: vec3<f32>) -> vec3<f32> {
-    // Horizontal light is half from above, half from below.
-    let above = select(select(0.5, 0.0, direction.y > 0.0), 1.0, direction.y < 0.0);
+    let above = select(0.0, 1.0, direction.y < 0.0);
     return vec3(0.0, above, 1.0);
 }
 
 // Scaled phase function between unit vectors of this cosine, times 4 pi: degree 2.
 fn grid_phase(grid_moments: vec2<f32>, cosine: f32) -> f32 {
     return 1.0 + 3.0 * grid_moments.x * cosine + 5.0 * grid_moments.y * (1.5 * cosine * cosine - 0.5);
+}
+
+// How a direction crosses the planes of cells: along its steepest axis, in cells.
+struct Crossing {
+    main: u32,       // axis across the planes
+    second: u32,     // the two axes in a plane
+    third: u32,
+    forward: bool,
+    slope: vec2<f32>,// cells upstream in the plane per plane, with sign
+    path: f32,       // m between planes
+}
+
+fn crossing(direction: vec3<f32>, cell: vec3<f32>) -> Crossing {
+    var result: Crossing;
+    let rate = direction / cell;
+    let steep = abs(rate);
+    if steep.x >= steep.y && steep.x >= steep.z {
+        result.main = 0u;
+    } else if steep.y >= steep.z {
+        result.main = 1u;
+    } else {
+        result.main = 2u;
+    }
+    result.second = (result.main + 1u) % 3u;
+    result.third = (result.main + 2u) % 3u;
+    result.forward = rate[result.main] > 0.0;
+    result.slope = -vec2(rate[result.second], rate[result.third]) / steep[result.main];
+    result.path = 1.0 / steep[result.main];
+    return result;
 }

@@ -1,8 +1,8 @@
-// Light scattered by a uniform sphere in parallel light, from the table.
-// Twin: src/tables/scattering/lookup.rs; coordinates: src/tables/scattering/mapping.rs.
+// Light scattered by a uniform sphere in parallel light: order 1 by a march, all others from the table.
+// Twins: src/tables/scattering/lookup.rs and march.rs; coordinates: src/tables/scattering/mapping.rs.
 #define_import_path cumuli::scattering
 
-#import cumuli::numerics::opacity
+#import cumuli::numerics::{mean_transmittance, opacity}
 #import cumuli::table_sampler::table_sampler
 
 struct ScatteringParams {
@@ -29,8 +29,14 @@ const SLICE_MARGIN: f32 = 2e-4;
 const DEGENERATE_SINES: f32 = 1e-5;
 // As in mapping.rs and terminator.rs.
 const GRAZING_SHARE: f32 = 0.6;
-const GRAZING_SCALE: f32 = 0.5;
+const GRAZING_SCALE: f32 = 0.13;
 const TERMINATOR_WIDTH: f32 = 0.55;
+// As in march.rs.
+const PIECES: u32 = 12u;
+const CROWDING: f32 = 2.0;
+// Optical depth below which the light of a piece is the mean transmittance's series; above it the
+// difference keeps five digits.
+const THIN_PIECE: f32 = 0.02;
 
 // Texture place of a coordinate in 0..1 on an axis whose ends are nodes.
 fn table_place(coordinate: f32, nodes: f32) -> f32 {
@@ -45,6 +51,36 @@ fn terminator(elevation: f32, optical_radius: f32) -> f32 {
     let root = sqrt(elevation * elevation + width2);
     let bright = select(root + elevation, width2 / (root - elevation), elevation < 0.0);
     return bright / (1.0 + sqrt(1.0 + width2));
+}
+
+// Source of order 1 without phase function and albedo. `height` is the entry's over the plane through
+// the centre that faces the sun, `climb` the cosine between view and sun.
+fn single_source(chord: f32, height: f32, climb: f32, optical_radius: f32) -> f32 {
+    let crowding = 1.0 + CROWDING * optical_radius * chord;
+    var sum = 0.0;
+    var before = 0.0;
+    var depth = optical_radius * 2.0 * max(-height, 0.0);
+    var light = exp(-depth);
+    for (var piece = 1u; piece <= PIECES; piece++) {
+        let u = f32(piece) / f32(PIECES);
+        // Even at both ends in the root of the distance, which takes the root out of the sun's path.
+        let x = u * u * (3.0 - 2.0 * u);
+        let fraction = x / (crowding - (crowding - 1.0) * x);
+        let t = chord * fraction;
+        let along = height + t * climb;
+        let inside = t * max(chord - t, 0.0);
+        let here = optical_radius * (t + max(sqrt(along * along + inside) - along, 0.0));
+        // Negative where the way to the sun shrinks faster than the eye's grows.
+        let step = here - depth;
+        let here_light = exp(-here);
+        let is_thin = abs(step) < THIN_PIECE;
+        let thin = light * (1.0 - step * (0.5 - step * (0.16666667 - step * 0.041666667)));
+        sum += (fraction - before) * select((light - here_light) / select(step, 1.0, is_thin), thin, is_thin);
+        before = fraction;
+        depth = here;
+        light = here_light;
+    }
+    return sum / mean_transmittance(optical_radius * chord);
 }
 
 // Source of order 1 without phase function, and of the orders from 2 on with it, both per unit of
@@ -86,10 +122,11 @@ fn scattering_source(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_r
     let place = vec3(table_place(view_sun, p.view_nodes), table_place(azimuth, p.azimuth_nodes), slice / slices);
     let above = vec3(place.xy, (slice + p.incidence_nodes) / slices);
     let value = mix(
-        textureSampleLevel(scattering_table, table_sampler, place, 0.0).xy,
-        textureSampleLevel(scattering_table, table_sampler, above, 0.0).xy,
+        textureSampleLevel(scattering_table, table_sampler, place, 0.0).x,
+        textureSampleLevel(scattering_table, table_sampler, above, 0.0).x,
         level - lower,
     );
     let fall = terminator(elevation, radius);
-    return vec2(p.albedo * exp(-optical_radius * value.x), opacity(optical_radius) * fall * exp(value.y));
+    let once = single_source(2.0 * incidence_cosine, elevation, 1.0 - 2.0 * half_sine_squared, optical_radius);
+    return vec2(p.albedo * once, opacity(optical_radius) * fall * exp(value));
 }

@@ -75,6 +75,11 @@ pub(super) fn samples_a_pixel(text: &str) -> Result<u32, String> {
     whole(text, 1_000_000_000)
 }
 
+/// A number of frames.
+pub(super) fn frame_count(text: &str) -> Result<u32, String> {
+    whole(text, 1_000_000)
+}
+
 /// Threads.
 pub(super) fn threads(text: &str) -> Result<usize, String> {
     whole(text, 4096).map(|n| n as usize)
@@ -89,12 +94,12 @@ fn whole(text: &str, most: u32) -> Result<u32, String> {
 
 /// Diameter of a lens, m.
 pub(super) fn aperture(text: &str) -> Result<f64, String> {
-    number(text, &Range { least: 0.0, most: 1e4, unit: "" }, "metres")
+    number(text, &limits::APERTURE, "metres")
 }
 
 /// Distance of what is sharp, m.
 pub(super) fn focus(text: &str) -> Result<f64, String> {
-    number(text, &Range { least: 1e-3, most: 1e9, unit: "" }, "metres")
+    number(text, &limits::FOCUS, "metres")
 }
 
 /// Exposure, EV.
@@ -114,7 +119,7 @@ pub(super) fn interval(text: &str) -> Result<f64, String> {
 
 /// Time that a shutter is open, s.
 pub(super) fn shutter(text: &str) -> Result<f64, String> {
-    number(text, &Range { least: 0.0, most: 1e6, unit: "" }, "seconds")
+    number(text, &limits::SHUTTER, "seconds")
 }
 
 fn number(text: &str, range: &Range, what: &str) -> Result<f64, String> {

@@ -5,6 +5,7 @@
 //! else to standard error.
 
 mod args;
+mod bench;
 mod compare;
 mod engine;
 #[cfg(feature = "window")]
@@ -24,6 +25,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 pub use args::{MAX_SIDE, Size};
+pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 #[cfg(feature = "window")]
 pub use fly::FlyArgs;
@@ -57,6 +59,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Tell how far two pictures are apart
     Compare(CompareArgs),
+    /// Measure run time against error
+    Bench(BenchArgs),
     /// Radiative transfer by path tracing, on its own
     Reference(ReferenceArgs),
     /// Judge every number of frames at the corners of what is allowed, and of random ones
@@ -82,6 +86,7 @@ fn run(cli: Cli) -> Result<()> {
         Some(Command::Render(args)) => render::run(&args),
         Some(Command::Info(args)) => info::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
+        Some(Command::Bench(args)) => bench::run(&args),
         Some(Command::Reference(args)) => reference::run(&args),
         Some(Command::Stress(args)) => stress::run(&args),
         #[cfg(feature = "window")]

@@ -5,7 +5,7 @@ use clap::{Args, Subcommand};
 use super::{args, print};
 use crate::error::{Error, Result};
 use crate::medium::Phase;
-use crate::reference::{Matter, Slab, slab_fluxes, speed, verify};
+use crate::reference::{Matter, Slab, scatterings, slab_fluxes, speed, verify};
 
 /// Arguments of `cumuli reference`.
 #[derive(Args, Debug)]
@@ -50,9 +50,9 @@ pub struct SlabArgs {
     /// Cosine of the sun's zenith angle, above 0, up to 1
     #[arg(long, value_name = "MU", default_value = "1", allow_negative_numbers = true, value_parser = args::cosine)]
     pub mu0: f64,
-    /// Photons
-    #[arg(long, value_name = "N", default_value = "1000000", value_parser = args::samples)]
-    pub photons: u64,
+    /// Photons [default: 1000000, fewer where they scatter more than 10000 times each]
+    #[arg(long, value_name = "N", value_parser = args::samples)]
+    pub photons: Option<u64>,
     /// Another seed is another set of photons
     #[arg(long, value_name = "N", default_value = "0")]
     pub seed: u64,
@@ -81,10 +81,34 @@ pub(super) fn run(args: &ReferenceArgs) -> Result<()> {
     }
 }
 
+/// Photons of a slab if none are asked for, and the scatterings that they may come to: minutes on two
+/// cores.
+const PHOTONS: u64 = 1_000_000;
+const SCATTERINGS: f64 = 1e10;
+/// Scatterings that may be asked for: a night on two cores.
+const MOST_SCATTERINGS: f64 = 1e12;
+
+/// How many photons, refused where they would take for ever.
+fn photons(args: &SlabArgs) -> Result<u64> {
+    let each = scatterings(args.optical_depth, args.albedo);
+    let Some(photons) = args.photons else {
+        return Ok(PHOTONS.min((SCATTERINGS / each) as u64).max(1));
+    };
+    let most = MOST_SCATTERINGS / each;
+    if photons as f64 > most {
+        return Err(Error::input(
+            format!("--photons {photons}"),
+            format!("expected at most {most:.0}, since each scatters about {each:.0} times here"),
+        ));
+    }
+    Ok(photons)
+}
+
 fn slab(args: &SlabArgs) -> Result<()> {
+    let photons = photons(args)?;
     let matter = Matter { phase: args.phase.prepare(), albedo: args.albedo };
     let slab = Slab::new(args.optical_depth, 1.0);
-    let fluxes = slab_fluxes(&slab, &matter, args.mu0, args.photons, args.seed);
+    let fluxes = slab_fluxes(&slab, &matter, args.mu0, photons, args.seed);
     print(&json(&fluxes)?)
 }
 

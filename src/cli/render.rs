@@ -12,8 +12,8 @@ use super::truth::TruthArgs;
 use crate::error::{Error, Result};
 use crate::frame::{FrameStats, Picture, Preset, RenderSettings};
 use crate::output::{
-    self, Format, FrameRange, FrameState, Sequence, SequenceKey, check_target, write_atomically,
-    write_picture,
+    self, Format, FrameRange, FrameState, Sequence, SequenceKey, SequenceReport, check_target,
+    write_atomically, write_picture,
 };
 use crate::scene::{CameraPath, DEFAULT_SCENE, Scene};
 
@@ -120,7 +120,8 @@ impl Job {
                     scene: scene.to_toml()?,
                     tables: tables_name(args.tables.as_deref())?,
                     size: args.size.0,
-                    preset: args.preset,
+                    preset: Some(args.preset),
+                    reference: None,
                     start_time: args.time,
                     fps: args.fps,
                     path: path.as_ref().map(CameraPath::to_toml).transpose()?,
@@ -208,16 +209,20 @@ impl Job {
             |_, state, _| progress.step(state == FrameState::Kept),
         );
         progress.finish();
-        let report = report?;
-        let first = sequence.path(sequence.frames.start);
-        let last = sequence.path(sequence.frames.end - 1);
-        eprint_line(&format!("frames written: {}, kept: {}", report.written, report.kept));
-        print(&first.display().to_string())?;
-        if first != last {
-            print(&last.display().to_string())?;
-        }
-        Ok(())
+        print_report(sequence, report?)
     }
+}
+
+/// What a sequence came to.
+pub(super) fn print_report(sequence: &Sequence, report: SequenceReport) -> Result<()> {
+    let first = sequence.path(sequence.frames.start);
+    let last = sequence.path(sequence.frames.end - 1);
+    eprint_line(&format!("frames written: {}, kept: {}", report.written, report.kept));
+    print(&first.display().to_string())?;
+    if first != last {
+        print(&last.display().to_string())?;
+    }
+    Ok(())
 }
 
 /// Runs the command.

@@ -1,17 +1,11 @@
 //! `cumuli render --exact`: the frame's lighting, all else worked out exactly.
 
-use glam::DVec3;
-use rayon::prelude::*;
-
 use super::engine;
 use super::progress::Progress;
 use super::render::{Job, RenderArgs};
-use crate::error::{Error, Result};
-use crate::frame::cpu::blend::ChordInputs;
-use crate::frame::view::frame_uniforms;
-use crate::medium::{Halo, Truncation};
+use crate::error::Result;
 use crate::output::Layers;
-use crate::reference::{Exact, ExactPixel, Filter, View, picture};
+use crate::reference::{ExactPixel, Window, exact_frame, picture};
 
 /// What the channels mean.
 const MEANING: &str = "R, G, B: linear Rec. 709 radiance, unit: solar irradiance per steradian, \
@@ -25,39 +19,11 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let (mut renderer, tables) = engine::made(&job, args.tables.as_deref())?;
     let (scene, size) = (&job.scene, job.size);
     renderer.frame(scene, args.time, size)?;
-    let (particles, lights) = renderer.particles()?;
-
-    let medium = &scene.medium;
-    let scattering = tables.scattering_for(&medium.phase, medium.albedo).ok_or_else(|| {
-        Error::Failed(format!("the tables hold no scattering of {}", medium.phase))
-    })?;
-    let quality = job.settings.preset.quality();
-    let truncation = Truncation::new(&medium.phase);
-    let halo = Halo::new(&medium.phase, &truncation);
-    let field = renderer.field()?;
-    let shift = DVec3::ZERO; // the field brings its own
-    let camera = &scene.camera;
-    let frame = frame_uniforms(scene, camera, size, &truncation, shift, &quality, 0, true);
-    let phase = medium.phase.prepare();
-    let inputs = ChordInputs {
-        frame: &frame,
-        tables: &tables,
-        scattering,
-        phase,
-        halo: &halo,
-        field: &field,
-    };
-    let exact = Exact::new(scene, inputs, particles, lights)?;
-
-    let view = View::new(&scene.camera, size, None, Filter::Centre);
+    let quality = job.settings.quality();
     let progress = Progress::new(u64::from(size[1]), "rows");
-    let mut pixels: Vec<ExactPixel> = Vec::new();
-    for y in 0..size[1] {
-        let direction =
-            |x: u32| -> DVec3 { view.ray([f64::from(x) + 0.5, f64::from(y) + 0.5], [0.0; 2]).dir };
-        pixels.par_extend((0..size[0]).into_par_iter().map(|x| exact.pixel(direction(x))));
-        progress.step(false);
-    }
+    let mut row = || progress.step(false);
+    let window = Window::whole(size);
+    let pixels = exact_frame(&renderer, scene, &tables, &quality, size, window, &mut row)?;
     progress.finish();
     let radiance = pixels
         .iter()

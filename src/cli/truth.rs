@@ -9,13 +9,14 @@ use crate::error::{Error, Result};
 use crate::frame::Picture;
 use crate::output::{self, Format, Layers, check_target, write_picture};
 use crate::reference::{Exposure, Filter, Lens};
+use crate::scene::Camera;
 
 /// The options.
 #[derive(Args, Clone, Debug)]
 pub struct TruthArgs {
     /// Unbiased path tracing on all cores in place of the frame's approximations: no graphics
     /// adapter is needed
-    #[arg(long, group = "truth", conflicts_with_all = ["frames", "preset", "timings", "stats"])]
+    #[arg(long, group = "truth", conflicts_with_all = ["preset", "timings", "stats"])]
     pub reference: bool,
     /// The frame's own lighting, but what is visible and how it overlaps worked out exactly: tells
     /// errors of tables, lists and blending from those of the lighting
@@ -33,15 +34,17 @@ pub struct TruthArgs {
     /// Where the paths of a pixel begin
     #[arg(long, value_enum, default_value = "box", requires = "reference")]
     pub filter: Filter,
-    /// Diameter of a thin lens in metres, in place of the pinhole
-    #[arg(long, value_name = "M", value_parser = args::aperture, requires_all = ["reference", "focus"])]
+    /// Diameter of a thin lens in metres, 0 for a pinhole [default: the scene's camera.aperture]
+    #[arg(long, value_name = "M", value_parser = args::aperture, requires = "reference")]
     pub aperture: Option<f64>,
-    /// Distance along the view axis in metres at which the lens is sharp
-    #[arg(long, value_name = "M", value_parser = args::focus, requires = "aperture")]
+    /// Distance along the view axis in metres at which the lens is sharp [default: the scene's
+    /// camera.focus_distance]
+    #[arg(long, value_name = "M", value_parser = args::focus, requires = "reference")]
     pub focus: Option<f64>,
-    /// Seconds from --time on during which the shutter is open: what moves is blurred
-    #[arg(long, value_name = "S", default_value = "0", value_parser = args::shutter, requires = "reference")]
-    pub shutter: f64,
+    /// Seconds from --time on during which the shutter is open: what moves is blurred [default: the
+    /// scene's camera.shutter]
+    #[arg(long, value_name = "S", value_parser = args::shutter, requires = "reference")]
+    pub shutter: Option<f64>,
     /// Seconds between two savings of what --reference has so far; it goes on from there when the
     /// same command is given again
     #[arg(long, value_name = "S", default_value = "20", value_parser = args::interval, requires = "reference")]
@@ -50,19 +53,19 @@ pub struct TruthArgs {
     #[arg(long, requires = "truth")]
     pub half: bool,
     /// Write the tone-mapped picture too
-    #[arg(long, value_name = "FILE", requires = "truth")]
+    #[arg(long, value_name = "FILE", requires = "truth", conflicts_with = "frames")]
     pub png: Option<PathBuf>,
 }
 
 impl TruthArgs {
-    /// What a reference picture is to show.
-    pub fn exposure(&self, size: [u32; 2], time: f64) -> Result<Exposure> {
-        crate::scene::check_time("--shutter", time + self.shutter)?;
-        let lens = match (self.aperture, self.focus) {
-            (Some(aperture), Some(focus)) => Some(Lens { aperture, focus }),
-            _ => None,
-        };
-        let &Self { shutter, filter, seed, .. } = self;
+    /// What a reference picture is to show: options come before what the scene says.
+    pub fn exposure(&self, camera: &Camera, size: [u32; 2], time: f64) -> Result<Exposure> {
+        let shutter = self.shutter.unwrap_or(camera.shutter);
+        crate::scene::check_time("--shutter", time + shutter)?;
+        let aperture = self.aperture.unwrap_or(camera.aperture);
+        let focus = self.focus.unwrap_or(camera.focus());
+        let lens = (aperture > 0.0).then_some(Lens { aperture, focus });
+        let &Self { filter, seed, .. } = self;
         Ok(Exposure { size, time, shutter, lens, filter, seed })
     }
 
@@ -80,6 +83,11 @@ impl TruthArgs {
             }
         }
         Ok(Files { out: out.to_owned(), png: self.png.clone(), half: self.half })
+    }
+
+    /// One frame of a sequence.
+    pub fn frame(&self, path: &Path) -> Files {
+        Files { out: path.to_owned(), png: None, half: self.half }
     }
 }
 

@@ -243,8 +243,8 @@ gpu_struct! {
         quantum: f32,
         /// Entries of the table of spreads.
         spreads: u32,
-        /// Unused.
-        padding_a: u32,
+        /// Most cells along an axis of a level.
+        longest: u32,
         /// The levels.
         level: [GridLevel; GRID_LEVELS],
     }
@@ -263,10 +263,10 @@ gpu_struct! {
     GridStage {
         /// The level.
         level: u32,
-        /// Unused.
-        padding_a: u32,
-        /// Unused.
-        padding_b: u32,
+        /// Step from the sources of before towards the new ones.
+        relaxation: f32,
+        /// 1: the last turn of the level.
+        is_last: u32,
         /// Unused.
         padding_c: u32,
     }

@@ -2,6 +2,7 @@
 //! rings → project → sort → tile lists → light → shadow → blend → resolve → tone map.
 
 pub mod blend;
+pub mod composer;
 pub mod cpu;
 pub mod gpu_data;
 pub mod light;

@@ -1,6 +1,6 @@
 //! A finished frame on the host, and what it took.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A finished frame, rows from top to bottom.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +33,7 @@ pub struct FrameStats {
 }
 
 /// One pass of a frame.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PassTime {
     /// Name of the pass, the stem of its file.
     pub name: String,
@@ -46,7 +46,7 @@ pub struct PassTime {
 }
 
 /// How much there was to do in a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
     /// Particles that exist: listed, or generated with a size above 0.
     pub particles_generated: u64,
@@ -66,6 +66,9 @@ pub struct Counters {
     pub tiles_empty: u64,
     /// Memory on the device, bytes.
     pub bytes_resident: u64,
+    /// How often the frame was made until all lists had room: 1, but for frames whose lists outgrow
+    /// those of all frames before.
+    pub attempts: u64,
     /// Particles and list entries that found no room and were left out; anything but 0 is a defect of the
     /// picture.
     pub overflowed: u64,

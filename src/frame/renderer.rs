@@ -1,5 +1,6 @@
 //! The renderer: decides what a frame needs, records its passes, reads the picture back.
 
+use super::composer::{ComposeInputs, Composer};
 use super::cpu::light_grid::FieldSeen;
 use super::gpu_data::{FrameUniforms, Particle, ParticleCount, ParticleLight};
 use super::light_grid::{
@@ -40,6 +41,7 @@ pub struct Renderer {
     quality: Quality,
     medium: Medium,
     omit: Option<Pass>,
+    composer: Option<Box<dyn Composer>>,
     passes: Passes,
     tables: TablesGpu,
     shapes: Shapes,
@@ -67,7 +69,7 @@ impl Renderer {
         gpu.forget_parts();
         gpu.begin_part("sky");
         let library = ShaderLibrary::new()?;
-        let quality = settings.preset.quality();
+        let quality = settings.quality();
         let medium = &scene.medium;
         let tables_gpu = TablesGpu::new(gpu, tables, &medium.phase, medium.albedo)?;
         let sky = SkyPass::new(gpu, &library)?;
@@ -85,6 +87,7 @@ impl Renderer {
             quality,
             medium: *medium,
             omit: settings.omit,
+            composer: None,
             passes,
             shapes,
             truncation,
@@ -137,8 +140,9 @@ impl Renderer {
                 format!("expected 1 to {most} pixels a side, found {}x{}", size[0], size[1]),
             ));
         }
-        for _ in 0..MOST_ATTEMPTS {
-            let (stats, counts) = self.attempt(scene, time, size)?;
+        for attempt in 1..=MOST_ATTEMPTS {
+            let (mut stats, counts) = self.attempt(scene, time, size)?;
+            stats.counters.attempts = attempt as u64;
             match counts.grown(&self.capacities) {
                 None => return Ok(stats),
                 Some(next) => self.grow(next)?,
@@ -163,6 +167,44 @@ impl Renderer {
     /// What the light grid sends to the last frame's eye, read back.
     pub fn field(&self) -> Result<FieldSeen> {
         self.grid.seen(&self.gpu)
+    }
+
+    /// Opacity-weighted distance of the clouds in every pixel of the last frame (m), read back; 0
+    /// where there are none.
+    pub fn distance(&self) -> Result<Vec<f32>> {
+        let Some(resources) = &self.resources else {
+            return Err(Error::Gpu("no frame was made".to_owned()));
+        };
+        self.gpu.read_texture(resources.targets.distance.texture())
+    }
+
+    /// Lets something else than the blend compose the particles from the next frame on, or again
+    /// the blend.
+    pub fn compose_with(&mut self, composer: Option<Box<dyn Composer>>) {
+        let unneeded = |c: &Option<Box<dyn Composer>>| c.as_ref().map_or(&[][..], |c| c.unneeded());
+        // The light grid holds what it was told it does only if its passes ran.
+        if unneeded(&self.composer) != unneeded(&composer) {
+            self.grid = LightGrid::default();
+        }
+        self.composer = composer;
+        self.last = None;
+    }
+
+    /// Layouts of the bind groups that a composer is handed: tables, sky, light field.
+    pub fn layouts(&self) -> [&wgpu::BindGroupLayout; 3] {
+        [self.tables.layout(), self.sky.layout(), self.passes.light_grid.layout()]
+    }
+
+    /// Whether the times of passes are wanted from the next frame on, even where taking them makes
+    /// frames slower.
+    pub fn time_passes(&mut self, wanted: bool) -> Result<()> {
+        self.stats.set_timing(&self.gpu, wanted)
+    }
+
+    /// Takes nothing of the frames before over into the next: it is made as the first one is.
+    pub fn forget(&mut self) {
+        self.last = None;
+        self.grid = LightGrid::default();
     }
 
     /// The last frame's tone-mapped texture.
@@ -220,8 +262,9 @@ impl Renderer {
             let size = GridSize { capacity: most, columns: layout.columns };
             self.grid.prepare(&self.gpu, &self.passes, size, inputs, *shift)
         });
-        let plan = FramePlan::new(self.last.as_ref(), &key, sky_work != SkyWork::None, work)
-            .without(self.omit);
+        let unneeded = self.composer.as_ref().map_or(&[][..], |c| c.unneeded());
+        let plan = FramePlan::new(self.last.as_ref(), &key, sky_work != SkyWork::None, work);
+        let plan = unneeded.iter().fold(plan.without(self.omit), |p, pass| p.without(Some(*pass)));
         let grid = grid.as_ref().map(|(inputs, shift)| (inputs, *shift));
         self.record(&resources, &plan, &key, sky_work, grid)?;
         if let Some((inputs, shift)) = grid {
@@ -374,7 +417,12 @@ impl Renderer {
                         let bindings = &resources.blend_bindings;
                         if let Some(field) = self.grid.bind_group() {
                             let groups = [tables, sky_bindings, field];
-                            passes.blend.encode(compute, key.frame.size, bindings, groups);
+                            if let Some(composer) = &self.composer {
+                                let inputs = ComposeInputs { resources, phase: &self.phase };
+                                composer.encode(gpu, compute, &inputs, groups);
+                            } else {
+                                passes.blend.encode(compute, key.frame.size, bindings, groups);
+                            }
                         }
                     }
                     Pass::Resolve => {

@@ -68,15 +68,24 @@ impl FromStr for Preset {
 }
 
 /// What a renderer is made for, besides the scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderSettings {
     /// Quality against time.
     pub preset: Preset,
+    /// Numbers in place of the preset's, for measurements of what each does.
+    pub quality: Option<Quality>,
     /// A pass to leave out, to see what it does.
     pub omit: Option<super::plan::Pass>,
     /// Times of the passes are wanted, even where measuring them makes frames slower (software
     /// adapters).
     pub time_passes: bool,
+}
+
+impl RenderSettings {
+    /// The numbers that hold.
+    pub fn quality(&self) -> Quality {
+        self.quality.unwrap_or_else(|| self.preset.quality())
+    }
 }
 
 /// The numbers behind a preset.
@@ -103,28 +112,28 @@ impl Preset {
                 transmittance_stop: 0.02,
                 light_samples: 1,
                 shadow_resolution: 96,
-                grid: GridSettings { fineness: 0.5, turns: [16, 3] },
+                grid: GridSettings { fineness: 0.5, turns: [9, 5] },
             },
             Self::Medium => Quality {
                 pending: 4,
                 transmittance_stop: 0.01,
                 light_samples: 2,
                 shadow_resolution: 160,
-                grid: GridSettings { fineness: 0.7, turns: [24, 5] },
+                grid: GridSettings { fineness: 0.7, turns: [17, 5] },
             },
             Self::High => Quality {
                 pending: 8,
                 transmittance_stop: 0.004,
                 light_samples: 4,
                 shadow_resolution: 256,
-                grid: GridSettings { fineness: 1.0, turns: [32, 8] },
+                grid: GridSettings { fineness: 1.0, turns: [17, 9] },
             },
             Self::Ultra => Quality {
                 pending: 16,
                 transmittance_stop: 0.0005,
                 light_samples: 8,
                 shadow_resolution: 512,
-                grid: GridSettings { fineness: 1.4, turns: [48, 16] },
+                grid: GridSettings { fineness: 1.4, turns: [33, 17] },
             },
         }
     }

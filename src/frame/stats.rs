@@ -41,6 +41,25 @@ pub enum Clock {
     Off,
 }
 
+impl Clock {
+    fn new(gpu: &Gpu, time_passes: bool) -> Result<Self> {
+        let software = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        let stamps = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        Ok(if stamps && !software {
+            // Debug groups crash inside lavapipe (Mesa 22.3.6) when a build has debug assertions;
+            // they are of no use without a capture tool anywhere else.
+            let settings = GpuProfilerSettings { enable_debug_groups: false, ..Default::default() };
+            let profiler = GpuProfiler::new(&gpu.device, settings)
+                .map_err(|e| Error::Gpu(format!("timestamps: {e}")))?;
+            Self::Device(Box::new(profiler))
+        } else if time_passes {
+            Self::Host(Vec::new())
+        } else {
+            Self::Off
+        })
+    }
+}
+
 /// Where all counts are gathered for one read.
 pub struct StatsReader {
     words: wgpu::Buffer,
@@ -53,21 +72,14 @@ const WORD: u64 = size_of::<u32>() as u64;
 impl StatsReader {
     /// Makes the reader. `time_passes`: times are wanted even where they cost time.
     pub fn new(gpu: &Gpu, time_passes: bool) -> Result<Self> {
-        let software = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
-        let stamps = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
-        let clock = if stamps && !software {
-            // Debug groups crash inside lavapipe (Mesa 22.3.6) when a build has debug assertions;
-            // they are of no use without a capture tool anywhere else.
-            let settings = GpuProfilerSettings { enable_debug_groups: false, ..Default::default() };
-            let profiler = GpuProfiler::new(&gpu.device, settings)
-                .map_err(|e| Error::Gpu(format!("timestamps: {e}")))?;
-            Clock::Device(Box::new(profiler))
-        } else if time_passes {
-            Clock::Host(Vec::new())
-        } else {
-            Clock::Off
-        };
+        let clock = Clock::new(gpu, time_passes)?;
         Ok(Self { words: buffers::storage(gpu, "counts", WORDS, WORD as usize), clock })
+    }
+
+    /// Whether times are wanted from the next frame on, even where they cost time.
+    pub fn set_timing(&mut self, gpu: &Gpu, time_passes: bool) -> Result<()> {
+        self.clock = Clock::new(gpu, time_passes)?;
+        Ok(())
     }
 
     /// Records one pass with `record`, timed.
@@ -208,6 +220,7 @@ impl Counts {
             tiles: u64::from(tiles[0]) * u64::from(tiles[1]),
             tiles_empty: self.empty_tiles.into(),
             bytes_resident: bytes,
+            attempts: 1,
             overflowed: self.overflowed(capacities),
         }
     }

@@ -67,8 +67,12 @@ pub struct SequenceKey {
     pub tables: String,
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// Quality.
-    pub preset: Preset,
+    /// Quality of frames; none of reference pictures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preset: Option<Preset>,
+    /// What else reference pictures are made from, as JSON; none for frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
     /// Time of frame 0, s.
     pub start_time: f64,
     /// Frames per second of the scene's time.
@@ -142,6 +146,15 @@ impl Sequence {
     pub fn run(
         &self,
         mut render: impl FnMut(u32, f64) -> Result<Picture>,
+        done: impl FnMut(u32, FrameState, &Path),
+    ) -> Result<SequenceReport> {
+        self.run_files(|frame, time, path| write_picture(path, &render(frame, time)?), done)
+    }
+
+    /// The same where `make` writes the file of a frame itself.
+    pub fn run_files(
+        &self,
+        mut make: impl FnMut(u32, f64, &Path) -> Result<()>,
         mut done: impl FnMut(u32, FrameState, &Path),
     ) -> Result<SequenceReport> {
         let found = self.found()?;
@@ -159,8 +172,7 @@ impl Sequence {
                 done(frame, FrameState::Kept, &path);
                 continue;
             }
-            let picture = render(frame, self.key.time(frame))?;
-            write_picture(&path, &picture)?;
+            make(frame, self.key.time(frame), &path)?;
             report.written += 1;
             done(frame, FrameState::Written, &path);
         }

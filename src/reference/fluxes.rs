@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::geometry::{Ray, first_collision};
 use super::random::Random;
 use super::slab::Slab;
-use super::statistics::{Estimate, Moments};
+use super::statistics::Estimate;
 use super::transport::{Matter, scatter};
 
 /// Where the light that falls on a slab goes: fractions of the incoming flux.
@@ -19,6 +19,16 @@ pub struct SlabFluxes {
     pub diffuse: Estimate,
     /// Out of the far face without any.
     pub direct: Estimate,
+}
+
+/// Mean number of scatterings of a photon that falls on a slab without absorption, per optical depth:
+/// the mean radiance times 4 pi falls evenly from about 5.1 times the incoming flux at the lit face to
+/// nothing at the far one, whatever the phase function. Counted: 2.4 at optical depth 100 and 1000.
+const SCATTERINGS_PER_DEPTH: f64 = 2.5;
+
+/// About how often a photon scatters in a slab, at most.
+pub fn scatterings(optical_depth: f64, albedo: f64) -> f64 {
+    (1.0 + SCATTERINGS_PER_DEPTH * optical_depth).min(1.0 / (1.0 - albedo))
 }
 
 /// Photons of one stream of random numbers.
@@ -52,7 +62,7 @@ pub fn slab_fluxes(slab: &Slab, matter: &Matter, mu0: f64, photons: u64, seed: u
             counts
         })
         .reduce(|| [0; 3], |a, b| [a[0] + b[0], a[1] + b[1], a[2] + b[2]]);
-    let [reflected, diffuse, direct] = counts.map(|n| Moments::of_hits(n, photons).estimate());
+    let [reflected, diffuse, direct] = counts.map(|n| Estimate::of_share(n, photons));
     SlabFluxes { reflected, diffuse, direct }
 }
 

@@ -299,7 +299,7 @@ fn survivors(medium: &ParticleGrid, start: DVec3, chains: u64, seed: u64) -> [u6
 
 /// A binomial share.
 fn share(part: u64, whole: u64) -> Estimate {
-    Moments::of_hits(part, whole).estimate()
+    Estimate::of_share(part, whole)
 }
 
 /// Quotient of two independent counts.

@@ -12,6 +12,16 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Share of samples that hit. Where none or all of them do, the share is only known to within
+    /// about one in `count`: the standard error is that of the share with one hit and one miss
+    /// more, which differs where hits or misses are few.
+    pub fn of_share(hits: u64, count: u64) -> Self {
+        let (hits, count) = (hits as f64, count.max(1) as f64);
+        let smoothed = (hits + 1.0) / (count + 2.0);
+        let variance = smoothed * (1.0 - smoothed);
+        Self { value: hits / count, standard_error: (variance / count).sqrt() }
+    }
+
     /// Difference from a known value in standard errors. A standard error of 0 (every sample the
     /// same) leaves rounding: it counts as `rounding`, relative to the value.
     pub fn z(&self, expected: f64, rounding: f64) -> f64 {
@@ -31,11 +41,6 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Samples of which `hits` are 1 and the rest 0.
-    pub fn of_hits(hits: u64, count: u64) -> Self {
-        Self { count: count as f64, sum: hits as f64, squares: hits as f64 }
-    }
-
     /// One more sample.
     pub fn add(&mut self, value: f64) {
         self.count += 1.0;

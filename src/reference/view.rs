@@ -93,8 +93,8 @@ mod tests {
         Camera {
             position: DVec3::new(3.0, 2.0, 1.0),
             target: DVec3::new(-4.0, 3.0, 9.0),
-            up: DVec3::Y,
             fov_x: 50.0,
+            ..Camera::default()
         }
     }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::vector;
 
-/// A pinhole camera.
+/// A camera: a pinhole for the frame, a thin lens with a shutter for reference pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
@@ -22,6 +22,19 @@ pub struct Camera {
     /// Horizontal field of view from edge to edge, degrees.
     #[serde(default = "default_fov_x")]
     pub fov_x: f64,
+    /// Diameter of a thin lens, m; 0 is a pinhole. Only reference pictures have it.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub aperture: f64,
+    /// Distance along the view axis at which the lens is sharp, m; that of the target if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focus_distance: Option<f64>,
+    /// How long the shutter is open, s, from the picture's time on. Only reference pictures have it.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub shutter: f64,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn default_up() -> DVec3 {
@@ -51,6 +64,9 @@ impl Default for Camera {
             target: DVec3::new(0.0, 300.0, -1000.0),
             up: default_up(),
             fov_x: default_fov_x(),
+            aperture: 0.0,
+            focus_distance: None,
+            shutter: 0.0,
         }
     }
 }
@@ -69,6 +85,11 @@ impl Camera {
             .unwrap_or(DVec3::X)
             .normalize();
         CameraBasis { forward, right, up: right.cross(forward) }
+    }
+
+    /// Distance along the view axis at which a lens is sharp, m.
+    pub fn focus(&self) -> f64 {
+        self.focus_distance.unwrap_or_else(|| self.target.distance(self.position))
     }
 
     /// Half the width of the picture at distance 1: the tangent of half the field of view.
@@ -116,8 +137,12 @@ mod tests {
         for target in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(1.0, -2.0, 0.3)] {
             for up in [DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z, DVec3::splat(1e300)] {
                 for sign in [1.0, -1.0] {
-                    let camera =
-                        Camera { position: DVec3::ZERO, target: target * sign, up, fov_x: 60.0 };
+                    let camera = Camera {
+                        position: DVec3::ZERO,
+                        target: target * sign,
+                        up,
+                        ..Camera::default()
+                    };
                     assert_orthonormal(&camera.basis());
                 }
             }

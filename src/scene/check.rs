@@ -57,7 +57,12 @@ fn camera(camera: &Camera, at: At<'_>) -> Checked {
     if vector::unit(camera.target - camera.position).is_none() {
         return Err(at.key("target").fault("expected a point other than camera.position"));
     }
-    at.key("fov_x").number(camera.fov_x, &limits::FIELD_OF_VIEW)
+    at.key("fov_x").number(camera.fov_x, &limits::FIELD_OF_VIEW)?;
+    at.key("aperture").number(camera.aperture, &limits::APERTURE)?;
+    if let Some(distance) = camera.focus_distance {
+        at.key("focus_distance").number(distance, &limits::FOCUS)?;
+    }
+    at.key("shutter").number(camera.shutter, &limits::SHUTTER)
 }
 
 fn sun(sun: &Sun, at: At<'_>) -> Checked {

@@ -24,6 +24,12 @@ const fn range(least: f64, most: f64, unit: &'static str) -> Range {
 pub const COORDINATE: Range = range(-1e11, 1e11, "m");
 /// Horizontal field of view of a flat picture, which reaches 180 degrees only at infinite width.
 pub const FIELD_OF_VIEW: Range = range(1.0, 179.0, "degrees");
+/// Diameter of a lens: wider ones see round mountains.
+pub const APERTURE: Range = range(0.0, 1e4, "m");
+/// Distance of what a lens shows sharp.
+pub const FOCUS: Range = range(1e-3, 1e12, "m");
+/// Time that a shutter is open: eleven days.
+pub const SHUTTER: Range = range(0.0, 1e6, "s");
 /// A component of a direction of any length.
 pub const DIRECTION: Range = range(-f64::MAX, f64::MAX, "");
 /// The sun's irradiance, and a radiance, in the scene's own unit.

@@ -7,16 +7,15 @@
 //! a key is limited by the slower of the steps it joins: where a key and its neighbour are the same,
 //! the camera rests.
 
+mod file;
+
 use std::path::Path;
 
 use glam::{DQuat, DVec3};
-use serde::{Deserialize, Serialize};
-use toml::de::{DeTable, DeValue};
 
-use super::fault::{self, At, Checked, Fault};
-use super::file::{line_of, toml_error};
-use super::{Camera, CameraBasis, limits, text_file, vector};
-use crate::error::{Error, Result};
+use super::fault::{At, Checked};
+use super::{Camera, CameraBasis, limits, text_file};
+use crate::error::Result;
 
 /// Distance of the point that a camera of a path looks at, m. Any would do.
 const TARGET_DISTANCE: f64 = 1000.0;
@@ -47,31 +46,6 @@ pub struct CameraPath {
     keys: Vec<PathKey>,
 }
 
-/// The file as it is written.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PathFile {
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    name: String,
-    keys: Vec<KeyTable>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct KeyTable {
-    time: f64,
-    #[serde(with = "vector::three")]
-    position: DVec3,
-    #[serde(default, with = "vector::some_three", skip_serializing_if = "Option::is_none")]
-    target: Option<DVec3>,
-    #[serde(default, with = "vector::some_three", skip_serializing_if = "Option::is_none")]
-    up: Option<DVec3>,
-    #[serde(default, with = "vector::some_quaternion", skip_serializing_if = "Option::is_none")]
-    orientation: Option<DQuat>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    fov_x: Option<f64>,
-}
-
 impl CameraPath {
     /// Reads a path file.
     pub fn load(path: &Path) -> Result<Self> {
@@ -85,27 +59,7 @@ impl CameraPath {
 
     /// Reads a path from text; `place` names it in errors.
     pub fn from_toml(text: &str, place: &str) -> Result<Self> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let in_text = |f: Fault| {
-            let line = line_of(text, f.field());
-            f.in_line(place, line)
-        };
-        let root = DeTable::parse(text).map_err(|e| toml_error(text, place, "", &e))?;
-        tables(root.get_ref()).map_err(in_text)?;
-        let reader = toml::Deserializer::from(root);
-        let file: PathFile = serde_path_to_error::deserialize(reader).map_err(|e| {
-            let path = fault::path_text(e.path());
-            toml_error(text, place, &path, e.inner())
-        })?;
-        let keys = file.keys.iter().enumerate().map(|(i, key)| {
-            let root = At::Root;
-            let list = root.key("keys");
-            key.read(list.index(i))
-        });
-        let keys = keys.collect::<std::result::Result<_, _>>().map_err(in_text)?;
-        let path = Self { name: file.name, keys };
-        path.check().map_err(in_text)?;
-        Ok(path)
+        file::parse(text, place)
     }
 
     /// A path through keys that a program has made.
@@ -117,16 +71,7 @@ impl CameraPath {
 
     /// Writes the path as TOML; [`CameraPath::from_toml`] reads back an equal path.
     pub fn to_toml(&self) -> Result<String> {
-        let keys = self.keys.iter().map(|key| KeyTable {
-            time: key.time,
-            position: key.position,
-            target: None,
-            up: None,
-            orientation: Some(key.orientation),
-            fov_x: key.fov_x,
-        });
-        let file = PathFile { name: self.name.clone(), keys: keys.collect() };
-        toml::to_string(&file).map_err(|e| Error::input("path", e.to_string()))
+        file::write(self)
     }
 
     /// The keys.
@@ -140,8 +85,15 @@ impl CameraPath {
     }
 
     /// The camera at a time (s); before the first key it stands there, after the last one there.
-    /// `default` is the scene's own camera, whose field of view stands for what keys do not tell.
+    /// `default` is the scene's own camera, whose field of view stands for what keys do not tell, and
+    /// whose lens and shutter this one has too.
     pub fn camera(&self, time: f64, default: &Camera) -> Camera {
+        let &Camera { aperture, shutter, .. } = default;
+        let focus_distance = Some(default.focus());
+        Camera { aperture, focus_distance, shutter, ..self.pinhole(time, default) }
+    }
+
+    fn pinhole(&self, time: f64, default: &Camera) -> Camera {
         let after = self.keys.partition_point(|key| key.time <= time);
         let fov = |key: &PathKey| key.fov_x.unwrap_or(default.fov_x);
         let (Some(a), Some(b)) =
@@ -279,71 +231,13 @@ fn bezier([p, q]: [DQuat; 2], [v, w]: [DVec3; 2], t: f64) -> DQuat {
 /// A camera by its orientation.
 fn camera(position: DVec3, orientation: DQuat, fov_x: f64) -> Camera {
     let target = position + orientation * (DVec3::NEG_Z * TARGET_DISTANCE);
-    Camera { position, target, up: orientation * DVec3::Y, fov_x }
+    Camera { position, target, up: orientation * DVec3::Y, fov_x, ..Camera::default() }
 }
 
 /// The orientation of a camera with these axes.
 pub fn orientation(basis: &CameraBasis) -> DQuat {
     let axes = glam::DMat3::from_cols(basis.right, basis.up, -basis.forward);
     DQuat::from_mat3(&axes).normalize()
-}
-
-impl KeyTable {
-    /// What the key means; `at` is where it stands.
-    fn read(&self, at: At<'_>) -> std::result::Result<PathKey, Fault> {
-        let turn = match (self.orientation, self.target) {
-            (Some(turn), None) => {
-                if self.up.is_some() {
-                    let message = "goes with target; an orientation tells what is up itself";
-                    return Err(at.key("up").fault(message));
-                }
-                let place = at.key("orientation");
-                place.numbers(&turn.to_array(), &limits::DIRECTION)?;
-                vector::unit_quaternion(turn).ok_or_else(|| {
-                    place.fault("expected a quaternion [x, y, z, w] that is not zero")
-                })?
-            }
-            (None, Some(target)) => {
-                at.key("target").numbers(&target.to_array(), &limits::COORDINATE)?;
-                at.key("position").numbers(&self.position.to_array(), &limits::COORDINATE)?;
-                let up = self.up.unwrap_or(DVec3::Y);
-                at.key("up").numbers(&up.to_array(), &limits::DIRECTION)?;
-                if vector::unit(up).is_none() {
-                    return Err(at.key("up").fault("expected a direction, found [0, 0, 0]"));
-                }
-                if vector::unit(target - self.position).is_none() {
-                    let message = "expected a point other than the key's position";
-                    return Err(at.key("target").fault(message));
-                }
-                let camera = Camera { position: self.position, target, up, fov_x: 60.0 };
-                orientation(&camera.basis())
-            }
-            (Some(_), Some(_)) => {
-                let message = "expected either target or orientation, found both";
-                return Err(at.key("orientation").fault(message));
-            }
-            (None, None) => {
-                return Err(at
-                    .key("target")
-                    .fault("is missing; a key has a target or an orientation"));
-            }
-        };
-        let &Self { time, position, fov_x, .. } = self;
-        Ok(PathKey { time, position, orientation: turn, fov_x })
-    }
-}
-
-/// Refuses lists in place of tables: serde would take their elements for the fields in order.
-fn tables(root: &DeTable<'_>) -> Checked {
-    let Some(DeValue::Array(keys)) = root.get("keys").map(|v| v.get_ref()) else { return Ok(()) };
-    match keys.iter().position(|k| matches!(k.get_ref(), DeValue::Array(_))) {
-        Some(index) => {
-            let root = At::Root;
-            let list = root.key("keys");
-            Err(list.index(index).fault("expected a table, found a list"))
-        }
-        None => Ok(()),
-    }
 }
 
 #[cfg(test)]

@@ -25,7 +25,6 @@ use crate::frame::{Picture, Preset, RenderSettings, Renderer};
 use crate::gpu::Gpu;
 use crate::medium::{Halo, Phase, Truncation};
 use crate::scene::{Medium, Scene};
-use crate::tables::scattering::CHANNELS;
 use crate::tables::{ScatteringOptions, ScatteringTable, Silent, TableSet};
 
 /// A scene to be judged.
@@ -102,8 +101,8 @@ fn stand_in(even: &ScatteringTable, phase: Phase, albedo: f64) -> Result<Scatter
     let mut values = even.values().to_vec();
     // Natural logarithm of sources of order 2 and more: each order has the albedo once more.
     let fall = 2.0 * albedo.max(NO_ALBEDO).ln();
-    for entry in values.chunks_exact_mut(CHANNELS) {
-        entry[1] = half::f16::from_f64(entry[1].to_f64() + fall);
+    for value in &mut values {
+        *value = half::f16::from_f64(value.to_f64() + fall);
     }
     let (resolution, range) = (even.resolution(), even.optical_radius_range());
     ScatteringTable::from_parts(phase, albedo, resolution, range, values, even.report().clone())

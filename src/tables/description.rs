@@ -11,9 +11,9 @@ use crate::medium::shape::FORMULA_VERSION;
 use crate::medium::{Phase, ShapeSpec};
 
 /// Version of the layout of table files. A file of another version is refused.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 /// Version of the scattering solver and of the meaning of its values. Tables of another are refused.
-pub const SCATTERING_VERSION: u32 = 2;
+pub const SCATTERING_VERSION: u32 = 3;
 /// The program that computes tables.
 const GENERATOR: &str = concat!("cumuli precompute ", env!("CARGO_PKG_VERSION"));
 

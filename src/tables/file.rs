@@ -25,7 +25,7 @@ use super::fingerprint::Fingerprint;
 use super::header::{self, ENTRY, LENGTH_BYTES, one_line};
 use super::optical_depth::volume::DensityVolume;
 use super::optical_depth::{Grid, OpticalDepthTable};
-use super::scattering::{self, Precision, ScatteringTable};
+use super::scattering::{Precision, ScatteringTable};
 use crate::error::{Error, Result};
 use crate::medium::shape::VOLUME_NODES;
 use crate::medium::{Phase, ShapeSpec};
@@ -88,7 +88,7 @@ pub(super) fn write(tables: &TableSet) -> Result<Vec<u8>> {
     }
     for table in tables.scattering() {
         let [radii, incidences, azimuths, angles] = table.resolution();
-        let shape = vec![radii, incidences, azimuths, angles, scattering::CHANNELS];
+        let shape = vec![radii, incidences, azimuths, angles];
         let (dtype, bytes): (_, Vec<u8>) = match table.precise_values() {
             Some(values) => (Dtype::F32, values.iter().flat_map(|v| v.to_le_bytes()).collect()),
             None => (Dtype::F16, table.values().iter().flat_map(|v| v.to_le_bytes()).collect()),
@@ -146,13 +146,11 @@ pub(super) fn read(bytes: &[u8], place: &str) -> Result<TableSet> {
     for medium in description.scattering.media {
         let name = scattering_name(&medium.phase, medium.albedo);
         let field = |message: String| Error::input(format!("{place}: {name}"), message);
-        let [a, b, c, d] = medium.resolution;
-        let shape = [a, b, c, d, scattering::CHANNELS];
         let dtype = match medium.precision {
             Precision::F16 => Dtype::F16,
             Precision::F32 => Dtype::F32,
         };
-        let data = tensor(&tensors, &name, dtype, &shape).map_err(field)?;
+        let data = tensor(&tensors, &name, dtype, &medium.resolution).map_err(field)?;
         values.add(data);
         let MediumDescription { phase, albedo, resolution, optical_radius, .. } = medium;
         let table = match medium.precision {

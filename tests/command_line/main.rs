@@ -1,6 +1,7 @@
 //! The program as people type it: exit codes, messages, and what lies on disk afterwards.
 
 mod arguments;
+mod benches;
 mod comparisons;
 mod pictures;
 mod references;

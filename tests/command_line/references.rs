@@ -87,6 +87,45 @@ fn the_shutter_blurs_what_moves() {
     assert_ne!(still.channels, layers("c", "--time 30").channels);
 }
 
+/// The scene's own lens and shutter are the options' defaults.
+#[test]
+fn the_scenes_lens_and_shutter_are_used() {
+    let place = Place::new();
+    let text = String::from_utf8(place.read("small.toml")).expect("text");
+    let lens = "[camera]\naperture = 40\nfocus_distance = 300\nshutter = 60\n";
+    place.write("lens.toml", &text.replace("[camera]\n", lens));
+    let render = |name: &str, scene: &str, options: &str| {
+        place.works(&format!(
+            "render --scene {scene} --reference --size 24x16 --spp 2 --out {name}.exr {options}"
+        ));
+        Layers::read(&place.path(&format!("{name}.exr")), 1000).expect("an EXR").channels
+    };
+    let options = "--aperture 40 --focus 300 --shutter 60";
+    let with_lens = render("a", "lens.toml", "");
+    assert_eq!(with_lens, render("b", "small.toml", options));
+    let pinhole = render("c", "small.toml", "");
+    assert_ne!(with_lens, pinhole);
+    assert_eq!(render("d", "lens.toml", "--aperture 0 --shutter 0"), pinhole);
+    assert_ne!(render("e", "lens.toml", "--focus 500"), with_lens);
+}
+
+#[test]
+fn a_sequence_of_references_goes_on_where_it_stopped() {
+    let place = Place::new();
+    let scene = "render --scene small.toml --reference --size 16x9 --spp 2";
+    let render = &format!("{scene} --format exr --fps 1 --time 3");
+    place.works(&format!("{render} --frames 0..2 --out frames"));
+    place.works(&format!("{render} --frames 0..3 --out frames"));
+    place.works(&format!("{scene} --time 5 --out alone.exr"));
+    assert!(place.read("frames/frame_00002.exr") == place.read("alone.exr"));
+    let first = Layers::read(&place.path("frames/frame_00000.exr"), 1000).expect("an EXR");
+    assert!(first.channel("standard_error.R").is_some());
+    let message = place.refuses(&format!("{render} --seed 1 --frames 0..3 --out frames"));
+    assert_sentence(&message, &["frames", "--overwrite"]);
+    place.works(&format!("{render} --seed 1 --frames 0..3 --out frames --overwrite"));
+    assert!(place.read("frames/frame_00002.exr") != place.read("alone.exr"));
+}
+
 #[test]
 fn what_makes_no_sense_is_refused() {
     let place = Place::new();
@@ -97,11 +136,13 @@ fn what_makes_no_sense_is_refused() {
         "--out a.jpg",
         "--out b.exr --spp 0",
         "--out b.exr --threads 0",
-        "--out b.exr --aperture 1",
+        "--out b.exr --aperture -1",
+        "--out b.exr --focus 0",
         "--out b.exr --shutter -1",
         "--out b.exr --png b.exr",
         "--out b.exr --exact",
-        "--out b --frames 0..2",
+        "--out b --frames 0..2 --png b.png",
+        "--out b --frames 0..2 --time 1e10",
         "--out b.exr --time 1e10 --shutter 1e6",
     ] {
         place.refuses(&format!("{RENDER} {options}"));

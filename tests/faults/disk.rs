@@ -35,7 +35,9 @@ fn a_full_disk_is_an_error_and_leaves_what_was_there() {
             }
         }
         if old == "new" {
-            ["a.exr", "b.exr", "c.exr"].map(|f| std::fs::write(place.path(f), "old").expect(f));
+            for file in ["a.exr", "b.exr", "c.exr"] {
+                std::fs::write(place.path(file), "old").expect("written");
+            }
         }
     }
     // With room again all goes well.

@@ -2,6 +2,7 @@
 
 mod blend;
 mod furnace;
+mod march;
 mod passes;
 mod picture;
 mod shaders;

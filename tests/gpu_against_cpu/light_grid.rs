@@ -6,6 +6,7 @@ use cumuli::frame::population::Shapes;
 use cumuli::frame::{Preset, RenderSettings, Renderer, cpu};
 use cumuli::medium::{Phase, Truncation};
 use cumuli::scene::{Camera, CloudField, Medium, ParticleSpec, Scene, Sky, Sun};
+use cumuli::tables::{ScatteringOptions, ScatteringTable, Silent, TableSet};
 use glam::{DQuat, DVec3};
 
 use crate::common::{Random, gpu, tables};
@@ -14,13 +15,13 @@ const SIZE: [u32; 2] = [16, 16];
 
 /// Largest difference of the field at random points around the eye, over the largest value: sun,
 /// above, all around, depth.
-fn difference(scene: &Scene, time: f64, reach: DVec3) -> [f64; 4] {
+fn difference(tables: &TableSet, scene: &Scene, time: f64, reach: DVec3) -> [f64; 4] {
     let settings = RenderSettings { preset: Preset::Low, ..RenderSettings::default() };
-    let mut renderer = Renderer::new(gpu(), tables(), scene, &settings).expect("a renderer");
+    let mut renderer = Renderer::new(gpu(), tables, scene, &settings).expect("a renderer");
     renderer.frame(scene, time, SIZE).expect("a frame");
     let found = renderer.field().expect("the field");
 
-    let shapes = Shapes::new(tables());
+    let shapes = Shapes::new(tables);
     let truncation = Truncation::new(&scene.medium.phase);
     let quality = Preset::Low.quality();
     let (inputs, shift) =
@@ -86,7 +87,7 @@ fn clump(albedo: f64) -> Scene {
 
 #[test]
 fn the_light_of_a_clump_is_that_of_the_twin() {
-    let off = difference(&clump(1.0), 0.0, DVec3::splat(600.0));
+    let off = difference(tables(), &clump(1.0), 0.0, DVec3::splat(600.0));
     println!("clump: {off:?}");
     assert!(off[0] < LIGHT && off[1] < LIGHT && off[2] < 1e-12 && off[3] < DEPTH, "{off:?}");
 }
@@ -98,7 +99,28 @@ fn the_light_of_a_field_is_that_of_the_twin() {
     scene.camera.position = DVec3::new(0.0, 1100.0, 0.0);
     scene.clouds = Some(CloudField { cells: 24, rings: 2, ..CloudField::default() });
     // Beyond the first level, into the second.
-    let off = difference(&scene, 700.0, DVec3::new(2500.0, 600.0, 2500.0));
+    let off = difference(tables(), &scene, 700.0, DVec3::new(2500.0, 600.0, 2500.0));
     println!("field: {off:?}");
     assert!(off[0] < LIGHT && off[1] < LIGHT && off[2] < 1e-12 && off[3] < DEPTH, "{off:?}");
+}
+
+#[test]
+fn the_light_of_a_clump_that_absorbs_is_that_of_the_twin() {
+    // The grid does not read the scattering table, but a renderer asks for one of its medium.
+    let (phase, albedo) = (Phase::hg(0.6).expect("in range"), 0.9);
+    let options = ScatteringOptions {
+        resolution: [8, 8, 8, 24],
+        optical_radius: [0.05, 100.0],
+        remainder: 1e-3,
+        ..ScatteringOptions::default()
+    };
+    let table = ScatteringTable::bake(phase, albedo, &options, &Silent).expect("a table");
+    let shapes = tables().optical_depth().to_vec();
+    let options = tables().optical_depth_options().clone();
+    let tables = TableSet::new(shapes, options, vec![table]).expect("tables");
+    let mut scene = clump(albedo);
+    scene.medium.phase = phase;
+    let off = difference(&tables, &scene, 0.0, DVec3::splat(600.0));
+    println!("absorbing clump: {off:?}");
+    assert!(off[0] < LIGHT && off[1] < LIGHT && off[2] < LIGHT && off[3] < DEPTH, "{off:?}");
 }

@@ -24,7 +24,7 @@ const MOST_OVERLAPS: f64 = 65_536.0;
 pub struct GridSettings {
     /// Factor on the default number of cells along an axis.
     pub fineness: f64,
-    /// Turns of scattering and sweeping: coarsest level, each finer level.
+    /// Turns of scattering and sweeping, at least 1: coarsest level, each finer level.
     pub turns: [u32; 2],
 }
 
@@ -136,6 +136,7 @@ impl GridInputs {
         uniforms.sun = [x, y, z, 0.0];
         uniforms.levels = levels.levels.len() as u32;
         uniforms.cells = levels.cells();
+        uniforms.longest = levels.longest();
         uniforms.moment_first = truncation.moments[0] as f32;
         uniforms.moment_second = truncation.moments[1] as f32;
         uniforms.albedo = truncation.albedo(scene.medium.albedo) as f32;
@@ -148,6 +149,11 @@ impl GridInputs {
         }
         let inputs = Self { levels, uniforms, clouds, listed, turns: settings.turns };
         Ok(Some((inputs, now - camera)))
+    }
+
+    /// Turns of a level.
+    pub fn turns_of(&self, level: usize) -> u32 {
+        self.turns[usize::from(level + 1 != self.levels.levels.len())]
     }
 }
 

@@ -34,6 +34,16 @@ impl Levels {
         self.levels.last().map_or(0, |l| l.size[3] + l.size[0] * l.size[1] * l.size[2])
     }
 
+    /// Cells along the axes of the levels, and the index of each one's first.
+    pub fn sizes(&self) -> Vec<[u32; 4]> {
+        self.levels.iter().map(|l| l.size).collect()
+    }
+
+    /// Most cells along an axis of a level.
+    pub fn longest(&self) -> u32 {
+        self.levels.iter().flat_map(|l| &l.size[..3]).copied().max().unwrap_or(0)
+    }
+
     /// Size of the texture that holds all levels, one above the other.
     pub fn texture_size(&self) -> [u32; 3] {
         let most = |axis: usize| self.levels.iter().map(|l| l.size[axis]).max().unwrap_or(1);

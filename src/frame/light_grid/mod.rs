@@ -1,11 +1,18 @@
 //! Light grid: the light that clouds scatter among themselves, by discrete ordinates on nested
-//! grids. `levels` says where they lie, `inputs` what they depend on, `pass` runs the shaders
-//! `light_grid.wgsl` (solves) and `light_field.wgsl` (what the eye sees of it).
+//! grids. `levels` says where they lie, `inputs` what they depend on, `relaxation` how far the turns
+//! go, `job` holds the buffers, `pass` runs the shaders `light_grid_matter.wgsl` (fills the cells),
+//! `light_grid.wgsl` (solves) and `light_field.wgsl` (what the eye sees of it), `grid` says when.
 
+mod grid;
 mod inputs;
+mod job;
 mod levels;
 mod pass;
+mod relaxation;
 
+pub use grid::{GridWork, LightGrid};
 pub use inputs::{GridInputs, GridSettings, Spreads, scale_field, scale_particles};
+pub use job::GridSize;
 pub use levels::{Levels, of_field, of_list};
-pub use pass::{GridMedium, GridSize, GridWork, LightGrid, LightGridPass};
+pub use pass::{GridMedium, LightGridPass};
+pub use relaxation::{LARGEST_EIGENVALUE, relaxations};

@@ -8,7 +8,8 @@ fn sequence(folder: &Path) -> Sequence {
             scene: "a scene".to_owned(),
             tables: "embedded".to_owned(),
             size: [16, 9],
-            preset: Preset::Low,
+            preset: Some(Preset::Low),
+            reference: None,
             start_time: 10.0,
             fps: 4.0,
             path: None,
@@ -103,9 +104,10 @@ fn frames_of_other_settings_are_refused_or_replaced_but_never_mixed() {
     let report = longer.run(fake, ignore).expect("more frames of the same");
     assert_eq!(report, SequenceReport { kept: 6, written: 2 });
 
-    let changes: [fn(&mut SequenceKey); 6] = [
+    let changes: [fn(&mut SequenceKey); 7] = [
         |k| k.scene.push('!'),
-        |k| k.preset = Preset::High,
+        |k| k.preset = Some(Preset::High),
+        |k| k.reference = Some("64 paths".to_owned()),
         |k| k.fps = 5.0,
         |k| k.path = Some("a path".to_owned()),
         |k| k.start_time = -1.0,

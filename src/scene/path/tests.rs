@@ -124,8 +124,8 @@ fn targets_look_as_a_scenes_camera_does() {
     let scene = Camera {
         position: DVec3::new(3.0, 20.0, 1.0),
         target: DVec3::new(-4.0, 30.0, 9.0),
-        up: DVec3::Y,
         fov_x: 40.0,
+        ..Camera::default()
     };
     let (ours, scenes) = (at(&path, 0.0), scene);
     let (a, b) = (ours.basis(), scenes.basis());

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
+use super::ScatteringTable;
 use super::mapping::{Coordinates, Geometry, RadiusMap, azimuth_coordinate, incidence_coordinate};
+use super::march::single_source;
 use super::single::opacity;
-use super::{CHANNELS, ScatteringTable};
 
 /// Part of a slice by which f32 may misplace a fetch among the most slices of a texture.
 const SLICE_MARGIN: f64 = 2e-4;
@@ -19,8 +20,8 @@ impl ScatteringTable {
 
     /// The same for a ray in the table's terms.
     pub fn lookup_geometry(&self, geometry: &Geometry, optical_radius: f64) -> [f64; 2] {
-        let [path, logarithm] = self.interpolate(&self.coordinates(geometry, optical_radius));
-        let single = self.albedo * (-optical_radius * path).exp();
+        let logarithm = self.interpolate(&self.coordinates(geometry, optical_radius));
+        let single = self.albedo * single_source(geometry, optical_radius);
         let [low, high] = self.optical_radius;
         let fall = self.terminator.factor(geometry.elevation(), optical_radius.clamp(low, high));
         [single, opacity(optical_radius) * fall * logarithm.exp()]
@@ -38,7 +39,7 @@ impl ScatteringTable {
     }
 
     /// Linear in all four coordinates.
-    fn interpolate(&self, at: &Coordinates) -> [f64; 2] {
+    fn interpolate(&self, at: &Coordinates) -> f64 {
         let [radii, incidences, azimuths, views] = self.resolution;
         let split = |coordinate: f64, count: usize| {
             let place = coordinate * (count - 1) as f64;
@@ -51,28 +52,22 @@ impl ScatteringTable {
         let (j, b) = split(at.incidence.clamp(margin, 1.0 - margin), incidences);
         let (k, c) = split(at.azimuth, azimuths);
         let (l, d) = split(at.view_sun, views);
-        let mut sum = [0.0; CHANNELS];
+        let mut sum = 0.0;
         for (i, a) in [(i, 1.0 - a), (i + 1, a)] {
             for (j, b) in [(j, 1.0 - b), (j + 1, b)] {
                 for (k, c) in [(k, 1.0 - c), (k + 1, c)] {
                     for (l, d) in [(l, 1.0 - d), (l + 1, d)] {
                         let entry = ((i * incidences + j) * azimuths + k) * views + l;
                         let weight = a * b * c * d;
-                        let of_entry = entry * CHANNELS..(entry + 1) * CHANNELS;
-                        let values: [f64; CHANNELS] = match &self.precise {
-                            Some(values) => two(&values[of_entry]),
-                            None => two(&self.values[of_entry]),
+                        let value: f64 = match &self.precise {
+                            Some(values) => values[entry].into(),
+                            None => self.values[entry].into(),
                         };
-                        sum.iter_mut().zip(values).for_each(|(s, v)| *s += weight * v);
+                        sum += weight * value;
                     }
                 }
             }
         }
         sum
     }
-}
-
-/// The values of an entry.
-fn two<T: Copy + Into<f64>>(values: &[T]) -> [f64; CHANNELS] {
-    std::array::from_fn(|channel| values[channel].into())
 }

@@ -19,9 +19,12 @@ const LOBE_SHARE: f64 = 0.5;
 const LOBE_SCALE: [f64; 2] = [5e-4, 1.0];
 /// Share of the incidence nodes that is spread by the rays' length, the rest by their distance
 /// from the centre, and the cosine below which rays count as grazing. Evenly spread nodes leave
-/// twice the error at optical radius 20, all of it in rays with cosines below 0.4.
+/// twice the error at optical radius 20, all of it in rays with cosines below 0.4. Furnace of the
+/// chord that is furthest off, Mie 20 um, optical radius 10 / 48, 28 nodes: 0.59 / 0.73 % with a scale
+/// of 0.2, 0.56 / 0.42 % with 0.15, 0.60 / 0.31 % with 0.1, 0.71 / 0.37 % with 0.07; where it was 0.5,
+/// 0.77 % in place of 0.21 % with 0.2 (HG 0.85, optical radius 30).
 const GRAZING_SHARE: f64 = 0.6;
-const GRAZING_SCALE: f64 = 0.5;
+const GRAZING_SCALE: f64 = 0.13;
 /// Below this product of sines the azimuth has no effect and its value is arbitrary.
 const DEGENERATE: f64 = 1e-5;
 

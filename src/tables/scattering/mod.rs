@@ -5,16 +5,17 @@
 //! divided by the opacity of its chord, `1 - exp(-tau)`. Divided so it stays bounded and smooth
 //! where the chord shrinks to nothing and where the sphere is thin.
 //!
-//! Two channels: order 1 as an effective optical path `s` of the sunlight, its source without
-//! phase function being `albedo exp(-R s)`; and the natural logarithm of the source of all orders
-//! from 2 on, phase function included, divided by `1 - exp(-R)` and by the fall of light across
-//! the terminator ([`terminator`]). Interpolating these in place of the sources themselves makes
-//! power-law lobes and exponential shadows nearly linear between the nodes.
+//! The table holds the natural logarithm of the source of all orders from 2 on, phase function
+//! included, divided by `1 - exp(-R)` and by the fall of light across the terminator
+//! ([`terminator`]). Interpolating this in place of the source itself makes power-law lobes and
+//! exponential shadows nearly linear between the nodes. Order 1 is not tabulated: a short march
+//! along the chord is exact enough, and no dearer than a fetch ([`march`]).
 
 pub mod bake;
 mod gpu;
 mod lookup;
 pub mod mapping;
+pub mod march;
 pub mod reference;
 mod report;
 pub mod single;
@@ -31,8 +32,6 @@ use crate::error::{Error, Result};
 use crate::medium::Phase;
 use crate::tables::Progress;
 
-/// Values of one entry: effective sun path of order 1, logarithm of the source of higher orders.
-pub const CHANNELS: usize = 2;
 /// Fewest and most nodes along an axis. More than 128 slices of incidence and optical radius
 /// together would pass the 2048 slices of a 3D texture that every adapter has.
 const NODES: [usize; 2] = [2, 128];
@@ -41,6 +40,9 @@ const MAX_SLICES: usize = 2048;
 /// Optical radii for which the solver's grids are made.
 const OPTICAL_RADII: [f64; 2] = [1e-3, 1e3];
 
+/// Greatest size of a logarithm in a table: sources that are told apart lie within 1e-12 and 1e12,
+/// and in f32 the exponential of this is still far from its ends.
+const MOST_LOGARITHM: f64 = 64.0;
 /// Shares that the remainder of the orders may have: f32 reaches the first.
 const REMAINDERS: [f64; 2] = [1e-5, 0.1];
 
@@ -92,7 +94,7 @@ pub struct ScatteringOptions {
 impl Default for ScatteringOptions {
     fn default() -> Self {
         Self {
-            resolution: [26, 20, 14, 40],
+            resolution: [30, 28, 14, 44],
             optical_radius: [0.05, 100.0],
             remainder: 3e-4,
             precision: Precision::F16,
@@ -230,24 +232,19 @@ impl ScatteringTable {
         let shape = ScatteringOptions { resolution, optical_radius, ..Default::default() };
         shape.check(albedo)?;
         let place = || format!("scattering table of {phase}");
-        if values.len() != shape.entries() * CHANNELS {
+        if values.len() != shape.entries() {
             return Err(Error::input(
                 place(),
-                format!("expected {} values, found {}", shape.entries() * CHANNELS, values.len()),
+                format!("expected {} values, found {}", shape.entries(), values.len()),
             ));
         }
-        // A path in a unit sphere is at most 2 long; f16 may round it up by its last digit.
-        let longest = f16::from_f64(2.0);
-        for entry in values.chunks_exact(CHANNELS) {
-            if !(entry[0] >= f16::ZERO && entry[0] <= longest && entry[1].is_finite()) {
-                return Err(Error::input(
-                    place(),
-                    format!(
-                        "expected paths in 0..2 and finite logarithms, found {} and {}",
-                        entry[0], entry[1]
-                    ),
-                ));
-            }
+        // No range contains NaN.
+        let known = -MOST_LOGARITHM..=MOST_LOGARITHM;
+        if let Some(value) = values.iter().find(|v| !known.contains(&v.to_f64())) {
+            return Err(Error::input(
+                place(),
+                format!("expected finite logarithms within ±{MOST_LOGARITHM}, found {value}"),
+            ));
         }
         let map = ViewSunMap::for_phase(&phase);
         let terminator = Terminator::for_phase(&phase);
@@ -285,7 +282,7 @@ impl ScatteringTable {
     }
 
     /// All values as the device has them: axes in the order of [`Self::resolution`], the last
-    /// varying fastest, two channels for each entry.
+    /// varying fastest.
     pub fn values(&self) -> &[f16] {
         &self.values
     }

@@ -22,22 +22,9 @@ pub fn opacity(tau: f64) -> f64 {
     -(-tau).exp_m1()
 }
 
-/// Optical depth (in optical radii) that stands for the sun's attenuation in the single-scattered
-/// light of a chord: the source is `albedo * exp(-optical_radius * path)`.
-///
-/// The mean of `exp(-R s)` over the chord, weighted with the view's transmittance, is what the
-/// single scattering is; as an effective path `s` it stays between 0 and 2 and tends to the plain
-/// mean of the path in the thin limit, which a value that spans forty powers of ten does not.
-pub fn effective_sun_path(geometry: &Geometry, optical_radius: f64) -> f64 {
-    let (dark, bright) = mean_sun_light(geometry, optical_radius);
-    // Both are the same number: take the one that did not cancel. No path is longer than 2.
-    let depth = if dark < 0.5 { -(-dark).ln_1p() } else { -bright.max(f64::MIN_POSITIVE).ln() };
-    (depth / optical_radius).clamp(0.0, 2.0)
-}
-
-/// Means of the sun's opacity and of its transmittance over the chord, weighted with the view's
-/// transmittance. They add up to 1; each keeps its digits where it is small.
-fn mean_sun_light(geometry: &Geometry, optical_radius: f64) -> (f64, f64) {
+/// Single-scattered source without phase function and albedo: the mean of the sun's transmittance
+/// over the chord, weighted with that of the view.
+pub fn single_source(geometry: &Geometry, optical_radius: f64) -> f64 {
     let (entry, dir, sun) = geometry.ray();
     let flight = Flight {
         length: 2.0 * geometry.incidence,
@@ -47,7 +34,7 @@ fn mean_sun_light(geometry: &Geometry, optical_radius: f64) -> (f64, f64) {
         depth: 0.0,
         outward: -geometry.incidence,
     };
-    flight.mean_sun_light(optical_radius)
+    flight.mean_transmittance(optical_radius, PANELS, &RULE)
 }
 
 /// A straight line from a place in the sphere to its surface.
@@ -74,29 +61,13 @@ impl Flight {
         if along > 0.0 { inside / (root + along).max(f64::MIN_POSITIVE) } else { root - along }
     }
 
-    fn mean_sun_light(&self, optical_radius: f64) -> (f64, f64) {
-        if self.length <= 0.0 {
-            let dark = opacity(optical_radius * self.sun_path(0.0));
-            return (dark, 1.0 - dark);
-        }
-        let (mut dark, mut bright) = (0.0, 0.0);
-        self.along(optical_radius, PANELS, &RULE, |t, measure| {
-            let sun_depth = optical_radius * self.sun_path(t);
-            let view_depth = optical_radius * t;
-            dark += measure * (-view_depth).exp() * opacity(sun_depth);
-            bright += measure * (-view_depth - sun_depth).exp();
-        });
-        let view = opacity(optical_radius * self.length) / optical_radius;
-        (dark / view, bright / view)
-    }
-
-    /// The second of [`Self::mean_sun_light`] with fewer points.
-    fn mean_transmittance(&self, optical_radius: f64) -> f64 {
+    /// Mean of the sun's transmittance over the line, weighted with that of the view.
+    fn mean_transmittance(&self, optical_radius: f64, panels: usize, rule: &GaussRule) -> f64 {
         if self.length <= 0.0 {
             return (-optical_radius * self.sun_path(0.0)).exp();
         }
         let mut bright = 0.0;
-        self.along(optical_radius, FEW_PANELS, &FEW_RULE, |t, measure| {
+        self.along(optical_radius, panels, rule, |t, measure| {
             bright += measure * (-optical_radius * (t + self.sun_path(t))).exp();
         });
         bright * optical_radius / opacity(optical_radius * self.length)
@@ -147,12 +118,7 @@ pub fn source_from_within(
     let length = if outward > 0.0 { depth / (root + outward) } else { root - outward };
     let flight =
         Flight { length, height: radius * zenith.cos(), climb: view_sun.cos(), depth, outward };
-    flight.mean_transmittance(optical_radius)
-}
-
-/// Single-scattered source without phase function and albedo.
-pub fn single_source(geometry: &Geometry, optical_radius: f64) -> f64 {
-    (-optical_radius * effective_sun_path(geometry, optical_radius)).exp()
+    flight.mean_transmittance(optical_radius, FEW_PANELS, &FEW_RULE)
 }
 
 #[cfg(test)]

@@ -55,11 +55,10 @@ fn single_precision_is_what_half_precision_is_rounded_from() {
     let geometry = mapping::Geometry { incidence: 0.63, azimuth: 1.1, view_sun: 0.7 };
     let lookup = |table: &ScatteringTable| table.lookup_geometry(&geometry, 7.0);
     let (a, b, c) = (lookup(&half), lookup(&single), lookup(&single.rounded()));
-    for channel in 0..CHANNELS {
-        assert_ne!(b[channel], c[channel], "the finer digits are used");
-        // 2^-11 of paths up to 2 times the optical radius, and of logarithms up to 8.
-        assert!((b[channel] / a[channel] - 1.0).abs() < 7e-3, "{a:?} {b:?}");
-    }
+    assert_eq!(b[0], c[0], "order 1 is not tabulated");
+    assert_ne!(b[1], c[1], "the finer digits are used");
+    // 2^-11 of logarithms up to 8.
+    assert!((b[1] / a[1] - 1.0).abs() < 4e-3, "{a:?} {b:?}");
 }
 
 #[test]
@@ -115,8 +114,8 @@ fn bad_parts_are_refused_with_a_sentence() {
         rebuild(shape, range, values[1..].to_vec(), 1.0),
         rebuild(shape, range, with(0, f32::NAN), 1.0),
         rebuild(shape, range, with(1, f32::INFINITY), 1.0),
-        rebuild(shape, range, with(2, -0.1), 1.0),
-        rebuild(shape, range, with(2, 2.1), 1.0),
+        rebuild(shape, range, with(2, -65.0), 1.0),
+        rebuild(shape, range, with(2, 65.0), 1.0),
         rebuild([usize::MAX, 8, 8, 24], range, values.clone(), 1.0),
         rebuild([128, 128, 8, 24], range, values.clone(), 1.0),
         rebuild([1, 64, 8, 24], range, values.clone(), 1.0),

@@ -4,8 +4,8 @@ fn level() -> FlyCamera {
     FlyCamera::new(&Camera {
         position: DVec3::new(10.0, 20.0, 30.0),
         target: DVec3::new(10.0, 20.0, -70.0),
-        up: DVec3::Y,
         fov_x: 50.0,
+        ..Camera::default()
     })
 }
 

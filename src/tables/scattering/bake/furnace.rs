@@ -4,10 +4,7 @@
 //! the proportions of the source; with albedo 1 nothing is lost, so the source integrates to 1
 //! over all sun directions.
 
-use std::f64::consts::PI;
-
 use super::super::mapping::{ViewSunMap, azimuth_angle, azimuth_coordinate, node};
-use super::super::single::opacity;
 use super::GaussRule;
 use crate::medium::Phase;
 
@@ -26,15 +23,8 @@ pub struct Place {
     phase: f64,
 }
 
-/// Points along a chord, and azimuths of the exact integral of order 1.
-const CHORD_POINTS: usize = 16;
-const AZIMUTHS: usize = 16;
-
 /// Quadrature over the sun's directions as the table interpolates them.
 pub struct Furnace {
-    /// Cosines of scattering angles with their shares of the scattered light.
-    angles: Vec<(f64, f64)>,
-    chord: GaussRule,
     views: Vec<Place>,
     azimuths: Vec<Place>,
 }
@@ -45,20 +35,7 @@ impl Furnace {
         let [_, _, azimuths, views] = resolution;
         let rule = GaussRule::new(POINTS);
         let prepared = phase.prepare();
-        let cells = 2 * views;
-        let mut angles = Vec::with_capacity(cells * POINTS);
-        for cell in 0..cells {
-            let edge = |k: usize| map.angle(k as f64 / cells as f64);
-            let (from, to) = (edge(cell), edge(cell + 1));
-            for &(u, w) in &rule.points {
-                let angle = from + (to - from) * u;
-                let share = 2.0 * PI * prepared.eval(angle.cos()) * angle.sin() * w * (to - from);
-                angles.push((angle.cos(), share));
-            }
-        }
         Self {
-            angles,
-            chord: GaussRule::new(CHORD_POINTS),
             views: places(
                 &rule,
                 views,
@@ -90,36 +67,6 @@ impl Furnace {
             }
         }
         sums
-    }
-
-    /// Exact integral over the sun's directions of order 1, albedo 1: the share of light that
-    /// leaves the sphere after its first scattering.
-    pub fn single(&self, incidence: f64, optical_radius: f64) -> f64 {
-        let chord = 2.0 * incidence;
-        let opaque = opacity(optical_radius * chord);
-        let of_place = |u: f64| {
-            let t = if opaque > 0.0 { -(-u * opaque).ln_1p() / optical_radius } else { 0.0 };
-            // The place along and across the view, from the middle of the chord.
-            let along = t - incidence;
-            let across = (1.0 - incidence * incidence).max(0.0).sqrt();
-            let inside = (t * (chord - t)).max(0.0);
-            let mut escaped = 0.0;
-            for &(cosine, share) in &self.angles {
-                let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
-                let mean: f64 = (0..AZIMUTHS)
-                    .map(|k| {
-                        // Midpoints of half the circle; the other half mirrors it.
-                        let azimuth = PI * (k as f64 + 0.5) / AZIMUTHS as f64;
-                        let outward = along * cosine + across * sine * azimuth.cos();
-                        let root = (outward * outward + inside).sqrt();
-                        (-optical_radius * (root - outward)).exp()
-                    })
-                    .sum();
-                escaped += share * mean / AZIMUTHS as f64;
-            }
-            escaped
-        };
-        self.chord.integrate(0.0, 1.0, of_place)
     }
 }
 

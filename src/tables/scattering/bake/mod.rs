@@ -56,11 +56,12 @@ use self::diffusion::Diffusion;
 use self::grid::{FieldGrid, FieldSize};
 use self::rescatter::{Rescatter, Shape};
 use self::sweep::{Emission, Flights};
+use super::ScatteringOptions;
 use super::mapping::{Geometry, ViewSunMap, azimuth_angle, incidence_cosine, node};
+use super::march::single_source;
 use super::report::{RadiusReport, ScatteringReport};
-use super::single::{effective_sun_path, opacity, source_from_within};
+use super::single::{opacity, source_from_within};
 use super::terminator::Terminator;
-use super::{CHANNELS, ScatteringOptions};
 use crate::medium::Phase;
 use crate::tables::Progress;
 
@@ -94,7 +95,7 @@ pub fn bake(
     let solver = Solver::new(phase, albedo, views, options.remainder);
     let furnace = furnace::Furnace::new(phase, &map, options.resolution);
     progress.advance(1);
-    let mut values = Vec::with_capacity(options.entries() * CHANNELS);
+    let mut values = Vec::with_capacity(options.entries());
     let mut report = ScatteringReport::default();
     for k in 0..radii {
         let (slice, of_radius) = solver.slice(options, &furnace, k);
@@ -102,7 +103,9 @@ pub fn bake(
         report.radii.push(of_radius);
         progress.advance(1);
     }
-    middle::between_chords(&mut values, options.resolution, &[0]);
+    // Along the optical radius all chords bend alike, so the balance of each radius is off as they are:
+    // its greatest error counts.
+    middle::between_chords(&mut values, options.resolution, &[0], middle::LEAST_GREATEST);
     middle::join_azimuths(&mut values, options.resolution);
     (values, report)
 }
@@ -213,42 +216,43 @@ impl Solver {
             .flat_map_iter(|row| {
                 let (i, azimuth) = (row / azimuths, azimuth_angle(node(row % azimuths, azimuths)));
                 let (emission, grid) = (&emission, &grid);
-                (0..views).flat_map(move |k| {
+                (0..views).map(move |k| {
                     let ray = geometry(i, azimuth, self.views[k]);
-                    let path = effective_sun_path(&ray, optical_radius);
                     let source =
                         gather::gather(emission, grid, &self.rays, &ray, k, optical_radius);
                     let known = opacity(optical_radius)
                         * self.terminator.factor(ray.elevation(), optical_radius);
-                    [path, (source.max(LEAST_SOURCE) / known).ln()]
+                    (source.max(LEAST_SOURCE) / known).ln()
                 })
             })
             .collect();
         let slice = [1, incidences, azimuths, views];
-        middle::between_chords(&mut values, slice, &[2, 3]);
+        middle::between_chords(&mut values, slice, &[2, 3], middle::LEAST_SQUARES);
         let mut scales = Vec::new();
         if self.albedo == 1.0 {
-            for (i, rows) in values.chunks_exact_mut(azimuths * views * CHANNELS).enumerate() {
-                let [_, multiple] = furnace.integrals(|a, v| {
-                    let at = |j: usize, k: usize| rows[(j * views + k) * CHANNELS + 1];
+            for (i, rows) in values.chunks_exact_mut(azimuths * views).enumerate() {
+                let [once, multiple] = furnace.integrals(|a, v| {
+                    let at = |j: usize, k: usize| rows[j * views + k];
                     let line =
                         |j: usize| at(j, v.index) + v.share * (at(j, v.index + 1) - at(j, v.index));
                     let (low, high) = (line(a.index), line(a.index + 1));
-                    let elevation = geometry(i, a.angle, v.angle).elevation();
+                    let ray = geometry(i, a.angle, v.angle);
+                    let elevation = ray.elevation();
                     let known =
                         opacity(optical_radius) * self.terminator.factor(elevation, optical_radius);
-                    [0.0, known * (low + a.share * (high - low)).exp()]
+                    [
+                        single_source(&ray, optical_radius),
+                        known * (low + a.share * (high - low)).exp(),
+                    ]
                 });
-                let incidence = incidence_cosine(node(i, incidences));
-                let once = furnace.single(incidence, optical_radius);
                 let scale = (1.0 - once).max(0.0) / multiple;
-                rows.iter_mut().skip(1).step_by(CHANNELS).for_each(|v| *v += scale.ln());
-                if incidence >= GRAZING {
+                rows.iter_mut().for_each(|v| *v += scale.ln());
+                if incidence_cosine(node(i, incidences)) >= GRAZING {
                     scales.push(scale);
                 }
             }
         }
-        middle::between_chords(&mut values, slice, &[1]);
+        middle::between_chords(&mut values, slice, &[1], middle::LEAST_SQUARES);
         (values, RadiusReport::new(optical_radius, &convergence, &scales))
     }
 

@@ -1,0 +1,61 @@
+//! The table of presets in a README, between two marks.
+
+use super::record::{Bench, Curve, PictureError, Point, PointKind};
+use crate::{Error, Result};
+
+const BEGIN: &str = "<!-- presets: made by cumuli bench -->";
+const END: &str = "<!-- /presets -->";
+
+/// The text with the table between the marks made anew; `place` names it in errors.
+pub fn refreshed(text: &str, place: &str, bench: &Bench) -> Result<String> {
+    let missing = |mark: &str| Error::input(place, format!("expected the line `{mark}`"));
+    let begin = text.find(BEGIN).ok_or_else(|| missing(BEGIN))? + BEGIN.len();
+    let end = begin + text[begin..].find(END).ok_or_else(|| missing(END))?;
+    Ok(format!("{}\n\n{}\n{}", &text[..begin], table(bench), &text[end..]))
+}
+
+fn table(bench: &Bench) -> String {
+    let [width, height] = bench.settings.error_size;
+    let machine = &bench.machine;
+    let mut lines = vec![
+        format!(
+            "At {width}x{height} on {} threads of {}, {} ({}), commit {}:",
+            machine.threads, machine.cpu, machine.adapter, machine.driver, machine.commit
+        ),
+        String::new(),
+        "| scene | preset | ms a frame | processor ms | bias | relMSE | of noise | FLIP | relMSE \
+         against exact | march / ours | view march / ours |"
+            .to_owned(),
+        "|---|---|---|---|---|---|---|---|---|---|---|".to_owned(),
+    ];
+    for curve in &bench.curves {
+        let presets = curve.points.iter().filter(|p| p.kind == PointKind::Preset);
+        lines.extend(presets.map(|point| row(curve, point)));
+    }
+    lines.push(String::new());
+    lines.join("\n")
+}
+
+fn row(curve: &Curve, point: &Point) -> String {
+    let number = |e: Option<PictureError>, of: &dyn Fn(PictureError) -> String| {
+        e.map_or_else(|| "-".to_owned(), of)
+    };
+    let faster = |kind, of| {
+        let ratio = curve.speed_up(&point.name, kind, of);
+        ratio.map_or_else(|| "-".to_owned(), |v| format!("{v:.1}"))
+    };
+    let cells = [
+        curve.scene.clone(),
+        point.name.clone(),
+        format!("{:.0}", point.wall_ms.median),
+        format!("{:.0}", point.cpu_ms.median),
+        number(point.model, &|e| format!("{:+.1} %", 100.0 * e.bias)),
+        number(point.model, &|e| format!("{:.3}", e.rel_mse)),
+        number(point.model, &|e| format!("{:.3}", e.rel_mse_of_noise)),
+        number(point.model, &|e| format!("{:.3}", e.flip)),
+        number(point.algorithm, &|e| format!("{:.5}", e.rel_mse)),
+        faster(PointKind::March, |p| p.model),
+        faster(PointKind::ViewMarch, |p| p.algorithm),
+    ];
+    format!("| {} |", cells.join(" | "))
+}

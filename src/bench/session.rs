@@ -1,0 +1,258 @@
+//! A whole bench: cases, curves, motion.
+
+use std::path::{Path, PathBuf};
+
+use super::cases::{self, Case, FPS, Motion};
+use super::compare::of_runs;
+use super::curve::{Setup, Subjects, curve};
+use super::errors::measured;
+use super::motion::{Instruments, motion};
+use super::record::{Bench, Curve, Machine, Ratio, Run, SCHEMA, Settings};
+use super::run::{Flight, Subject, fly};
+use super::statistics::Draw;
+use super::variants::{Setting, Variant, variants};
+use crate::Result;
+use crate::compare::Measured;
+use crate::frame::{Preset, RenderSettings};
+use crate::gpu::Gpu;
+use crate::reference::{Exposure, Film, Filter, Window};
+use crate::scene::Scene;
+use crate::tables::TableSet;
+
+/// The size of the references that are kept, pixels.
+pub const REFERENCE_SIZE: [u32; 2] = [256, 144];
+/// Frames that are timed for each point of a curve, at most: there are many points.
+const MOST_CURVE_FRAMES: u32 = 8;
+
+/// What to measure.
+#[derive(Clone, Debug)]
+pub struct Order {
+    /// Scenes by name; none for the built-in cases.
+    pub scenes: Vec<(String, Scene)>,
+    /// The presets of the cases.
+    pub presets: Vec<Preset>,
+    /// A preset that takes turns with the first of `presets`.
+    pub against: Option<Preset>,
+    /// Numbers in place of the presets'.
+    pub set: Vec<Setting>,
+    /// Pixels and frames.
+    pub flight: Flight,
+    /// Fewer points, one scene, and no limits that take long.
+    pub quick: bool,
+    /// Where path-traced references lie.
+    pub references: PathBuf,
+    /// Paths a pixel to trace references with that are not there.
+    pub spp: Option<u32>,
+    /// The table file, or "embedded".
+    pub tables: String,
+}
+
+/// Hears of the work.
+pub trait Listener {
+    /// There will be so many steps.
+    fn begin(&mut self, steps: u64, what: &'static str);
+    /// One is done.
+    fn step(&mut self);
+}
+
+impl Order {
+    /// Pixels of what is measured by error: those of the references, or fewer.
+    pub fn error_size(&self) -> [u32; 2] {
+        let area = |s: [u32; 2]| u64::from(s[0]) * u64::from(s[1]);
+        let asked = self.flight.size;
+        if area(asked) < area(REFERENCE_SIZE) { asked } else { REFERENCE_SIZE }
+    }
+
+    fn cases(&self) -> Result<Vec<Case>> {
+        if self.scenes.is_empty() {
+            return cases::cases();
+        }
+        Ok(self.scenes.iter().flat_map(|(stem, scene)| cases::of_scene(scene, stem)).collect())
+    }
+
+    fn curve_scenes(&self) -> Result<Vec<(String, Scene)>> {
+        if !self.scenes.is_empty() {
+            return Ok(self.scenes.clone());
+        }
+        let mut scenes = cases::scenes_with_references()?;
+        if self.quick {
+            scenes.truncate(1);
+        }
+        Ok(scenes)
+    }
+
+    /// Measures everything. `tables` hold what the scenes need.
+    pub fn run(&self, gpu: &Gpu, tables: &TableSet, listener: &mut dyn Listener) -> Result<Bench> {
+        let (runs, against) = self.fly_cases(gpu, tables, listener)?;
+        let curves = self.curves(gpu, tables, listener)?;
+        let motion = self.motion(gpu, tables, listener)?;
+        Ok(Bench {
+            schema: SCHEMA,
+            machine: Machine::of(gpu),
+            settings: Settings {
+                size: self.flight.size,
+                error_size: self.error_size(),
+                warmup: self.flight.warmup,
+                frames: self.flight.frames,
+                fps: FPS,
+                tables: self.tables.clone(),
+                set: self.set.iter().map(Setting::to_string).collect(),
+            },
+            runs,
+            curves,
+            motion,
+            against,
+        })
+    }
+
+    fn subject(
+        &self,
+        gpu: &Gpu,
+        tables: &TableSet,
+        scene: &Scene,
+        preset: Preset,
+    ) -> Result<Subject> {
+        let quality = Some(Variant::preset(preset, &self.set).quality);
+        let settings = RenderSettings { preset, quality, ..Default::default() };
+        Subject::new(gpu, tables, scene, &settings, preset.name())
+    }
+
+    fn fly_cases(
+        &self,
+        gpu: &Gpu,
+        tables: &TableSet,
+        listener: &mut dyn Listener,
+    ) -> Result<(Vec<Run>, Vec<Ratio>)> {
+        let cases = self.cases()?;
+        let frames = 2 * (self.flight.frames + self.flight.warmup.max(1));
+        let flights = cases.len() as u64 * self.presets.len() as u64;
+        listener.begin(flights * u64::from(frames), "frames");
+        let (mut runs, mut against) = (Vec::new(), Vec::new());
+        for case in &cases {
+            for (index, preset) in self.presets.iter().enumerate() {
+                // With two of them in turn, each shows what the machine did to the other.
+                let other = self.against.filter(|_| index == 0);
+                let mut subjects = Vec::new();
+                for preset in [Some(*preset), other].into_iter().flatten() {
+                    subjects.push(self.subject(gpu, tables, &case.scene, preset)?);
+                }
+                let found = fly(case, &mut subjects, &self.flight, &mut || listener.step())?;
+                if let [first, second] = &found[..] {
+                    against.extend(of_runs(first, second, Draw::InPairs));
+                }
+                runs.extend(found);
+            }
+        }
+        Ok((runs, against))
+    }
+
+    fn curves(
+        &self,
+        gpu: &Gpu,
+        tables: &TableSet,
+        listener: &mut dyn Listener,
+    ) -> Result<Vec<Curve>> {
+        let size = self.error_size();
+        let scenes = self.curve_scenes()?;
+        let all = variants(self.quick, &self.set);
+        listener.begin((scenes.len() * all.len()) as u64, "points");
+        let setup = Setup {
+            gpu,
+            tables,
+            size,
+            window: if self.quick { Window::middle(size) } else { Window::whole(size) },
+            frames: self.flight.frames.min(MOST_CURVE_FRAMES),
+            march_limit: !self.quick,
+        };
+        let mut curves = Vec::new();
+        for (name, scene) in &scenes {
+            let reference = self.reference(name, scene, tables)?;
+            let subject = Subjects { name, scene, reference };
+            curves.push(curve(&setup, &subject, &all, &mut || listener.step())?);
+        }
+        Ok(curves)
+    }
+
+    /// The path-traced picture of a scene at time 0, with a word on where it is from.
+    fn reference(
+        &self,
+        name: &str,
+        scene: &Scene,
+        tables: &TableSet,
+    ) -> Result<Option<(String, Measured)>> {
+        let size = self.error_size();
+        let kept = self.references.join(format!("{name}.exr"));
+        if kept.is_file() {
+            let picture = Measured::read(&kept)?;
+            if picture.size == size {
+                return Ok(Some((file_name(&kept), picture)));
+            }
+        }
+        let Some(spp) = self.spp else { return Ok(None) };
+        let exposure =
+            Exposure { size, time: 0.0, shutter: 0.0, lens: None, filter: Filter::Box, seed: 0 };
+        let mut film = Film::new(size);
+        exposure.expose(scene, tables, &mut film, spp, |_| Ok(()))?;
+        let mut picture = measured("reference", size, &film.radiance());
+        if spp > 1 {
+            let errors = (0..film.pixels.len()).map(|i| {
+                let [r, g, b, _] = film.estimates(i).map(|e| e.standard_error);
+                glam::DVec3::new(r, g, b)
+            });
+            picture.standard_error = Some(errors.collect());
+        }
+        Ok(Some((format!("traced with {spp} paths a pixel"), picture)))
+    }
+
+    fn motion(
+        &self,
+        gpu: &Gpu,
+        tables: &TableSet,
+        listener: &mut dyn Listener,
+    ) -> Result<Vec<super::record::Motion>> {
+        let cases = self.cases()?;
+        let moving = |case: &&Case| match case.motion {
+            Motion::Flight(_) => true,
+            Motion::Animated => !self.scenes.is_empty(),
+            Motion::Paused => false,
+        };
+        let moving: Vec<_> = cases.iter().filter(moving).collect();
+        listener.begin((moving.len() * self.presets.len()) as u64, "flights compared");
+        let mut found = Vec::new();
+        for case in moving {
+            for preset in &self.presets {
+                let mut subject = self.subject(gpu, tables, &case.scene, *preset)?;
+                let quality = Variant::preset(*preset, &self.set).quality;
+                let with = Instruments { tables, quality, size: self.error_size() };
+                let last = (self.flight.warmup + self.flight.frames).max(1);
+                found.extend(motion(case, &mut subject, &with, last)?);
+                listener.step();
+            }
+        }
+        Ok(found)
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// The tables with scattering for every scene of an order, and a check of the shapes they name.
+pub fn tables_for(
+    scenes: &[(String, Scene)],
+    tables: TableSet,
+    progress: &dyn crate::tables::Progress,
+) -> Result<TableSet> {
+    let mut tables = tables;
+    let built_in = match scenes {
+        [] => cases::scenes_with_references()?,
+        _ => Vec::new(),
+    };
+    for (name, scene) in scenes.iter().chain(&built_in) {
+        let names: Vec<String> = tables.shape_names().map(str::to_owned).collect();
+        scene.check_shapes(name, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
+        let medium = &scene.medium;
+        tables = tables.with_scattering_for(&medium.phase, medium.albedo, progress)?;
+    }
+    Ok(tables)
+}

@@ -1,0 +1,202 @@
+//! Ways to make a picture: presets, the numbers behind them one by one, resolution.
+
+use std::str::FromStr;
+
+use super::march::{MarchLight, MarchSettings, STEPS};
+use super::record::PointKind;
+use crate::frame::{Preset, Quality};
+
+/// A number in place of a preset's: "pending=4".
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    name: Name,
+    value: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Name {
+    Pending,
+    TransmittanceStop,
+    LightSamples,
+    ShadowResolution,
+    GridFineness,
+    Scale,
+}
+
+/// Names, what they may be, and whether they are whole numbers.
+const NAMES: [(Name, &str, [f64; 2], bool); 6] = [
+    (Name::Pending, "pending", [1.0, 32.0], true),
+    (Name::TransmittanceStop, "transmittance_stop", [1e-6, 0.5], false),
+    (Name::LightSamples, "light_samples", [1.0, 8.0], true),
+    (Name::ShadowResolution, "shadow_resolution", [8.0, 2048.0], true),
+    (Name::GridFineness, "grid_fineness", [0.25, 2.0], false),
+    (Name::Scale, "scale", [0.1, 1.0], false),
+];
+
+impl FromStr for Setting {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let names = || NAMES.map(|n| n.1).join(", ");
+        let bad = || format!("expected NAME=NUMBER with a name of {}, found `{text}`", names());
+        let (name, value) = text.split_once('=').ok_or_else(bad)?;
+        let (name, label, [least, most], whole) =
+            *NAMES.iter().find(|n| n.1 == name).ok_or_else(bad)?;
+        let expected = || {
+            let kind = if whole { "a whole number" } else { "a number" };
+            format!("{label}: expected {kind} from {least} to {most}, found `{value}`")
+        };
+        let value: f64 = value.parse().map_err(|_| expected())?;
+        // NaN is in no range.
+        if !(least..=most).contains(&value) || (whole && value.fract() != 0.0) {
+            return Err(expected());
+        }
+        // The points where light is measured form regular bodies.
+        if name == Name::LightSamples && !(value as u32).is_power_of_two() {
+            return Err(format!("{label}: expected 1, 2, 4 or 8, found `{value}`"));
+        }
+        Ok(Self { name, value })
+    }
+}
+
+impl std::fmt::Display for Setting {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let label = NAMES.iter().find(|n| n.0 == self.name).map_or("", |n| n.1);
+        write!(f, "{label}={}", self.value)
+    }
+}
+
+/// A way to make a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variant {
+    /// A name.
+    pub name: String,
+    /// What it is.
+    pub kind: PointKind,
+    /// The numbers.
+    pub quality: Quality,
+    /// Sides of the frame over those of the picture.
+    pub scale: f64,
+    /// Marched in place of blended.
+    pub march: Option<MarchSettings>,
+}
+
+impl Variant {
+    /// A preset with some numbers replaced.
+    pub fn preset(preset: Preset, set: &[Setting]) -> Self {
+        let variant = Self {
+            name: preset.name().to_owned(),
+            kind: PointKind::Preset,
+            quality: preset.quality(),
+            scale: 1.0,
+            march: None,
+        };
+        set.iter().fold(variant, |variant, setting| variant.with(*setting))
+    }
+
+    fn with(mut self, setting: Setting) -> Self {
+        let (quality, value) = (&mut self.quality, setting.value);
+        match setting.name {
+            Name::Pending => quality.pending = value as u32,
+            Name::TransmittanceStop => quality.transmittance_stop = value as f32,
+            Name::LightSamples => quality.light_samples = value as u32,
+            Name::ShadowResolution => quality.shadow_resolution = value as u32,
+            Name::GridFineness => quality.grid.fineness = value,
+            Name::Scale => self.scale = value,
+        }
+        self
+    }
+
+    /// The size of the frame for a picture of this size.
+    pub fn size(&self, picture: [u32; 2]) -> [u32; 2] {
+        picture.map(|side| ((f64::from(side) * self.scale).round() as u32).max(1))
+    }
+
+    /// Whether two of them light the clouds alike: the exact compositor then shows the same.
+    pub fn lights_like(&self, other: &Self) -> bool {
+        self.quality.light_samples == other.quality.light_samples
+            && self.quality.grid == other.quality.grid
+    }
+}
+
+/// Numbers that are tried one by one, the others being those of the preset high.
+const KNOBS: [&str; 13] = [
+    "pending=1",
+    "pending=2",
+    "pending=4",
+    "pending=16",
+    "transmittance_stop=0.02",
+    "transmittance_stop=0.0005",
+    "light_samples=1",
+    "light_samples=2",
+    "light_samples=8",
+    "grid_fineness=0.5",
+    "grid_fineness=1.4",
+    "scale=0.75",
+    "scale=0.5",
+];
+
+/// Everything that is set on the plot of run time against error. `quick`: presets, one knob, and
+/// three marchers of each kind.
+pub fn variants(quick: bool, set: &[Setting]) -> Vec<Variant> {
+    let mut all: Vec<_> =
+        Preset::ALL.into_iter().map(|preset| Variant::preset(preset, set)).collect();
+    let high = Variant::preset(Preset::High, set);
+    let knobs = if quick { &["scale=0.5"][..] } else { &KNOBS[..] };
+    all.extend(knobs.iter().filter_map(|text| text.parse().ok()).map(|setting: Setting| Variant {
+        name: format!("high {setting}"),
+        kind: PointKind::Knob,
+        ..high.clone().with(setting)
+    }));
+    for (light, kind) in
+        [(MarchLight::Frame, PointKind::ViewMarch), (MarchLight::SunRays, PointKind::March)]
+    {
+        // In a quick run every second.
+        for steps in STEPS.into_iter().step_by(if quick { 2 } else { 1 }) {
+            let march = MarchSettings { light, steps };
+            all.push(Variant { name: march.name(), kind, march: Some(march), ..high.clone() });
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_are_read_and_refused() {
+        for text in KNOBS {
+            let setting: Setting = text.parse().expect(text);
+            assert_eq!(setting.to_string(), text);
+            let high = Variant::preset(Preset::High, &[]);
+            assert_ne!(high.clone().with(setting), high, "{text} changes nothing");
+        }
+        for (bad, part) in [
+            ("pending", "NAME=NUMBER"),
+            ("penidng=3", "pending, transmittance_stop"),
+            ("pending=0", "from 1 to 32"),
+            ("pending=1.5", "a whole number"),
+            ("light_samples=3", "1, 2, 4 or 8"),
+            ("scale=nan", "from 0.1 to 1"),
+            ("scale=", "from 0.1 to 1"),
+        ] {
+            let message = bad.parse::<Setting>().expect_err(bad);
+            assert!(message.contains(part), "{message}");
+        }
+    }
+
+    #[test]
+    fn names_are_distinct() {
+        for quick in [false, true] {
+            let all = variants(quick, &[]);
+            let mut names: Vec<_> = all.iter().map(|v| &v.name).collect();
+            names.sort();
+            names.dedup();
+            assert_eq!(names.len(), all.len());
+            assert!(all.iter().any(|v| v.name == "march-128" && v.march.is_some()));
+            assert!(all.iter().any(|v| v.name == "view-march-8"));
+        }
+        assert_eq!(Variant::preset(Preset::Low, &[]).size([3, 1]), [3, 1]);
+    }
+}

@@ -1,0 +1,206 @@
+//! `cumuli bench`: run time against error.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::args::Size;
+use super::progress::{Progress, StageBar};
+use super::render::{eprint_line, load_scene, tables_name};
+use super::{args, engine, print};
+use crate::bench::record::Bench;
+use crate::bench::run::Flight;
+use crate::bench::session::{Listener, Order, REFERENCE_SIZE, tables_for};
+use crate::bench::variants::Setting;
+use crate::bench::{compare, readme, report, tables};
+use crate::error::{Error, Result};
+use crate::frame::Preset;
+use crate::gpu::Gpu;
+use crate::output::{check_file, check_folder, write_atomically};
+
+/// Arguments of `cumuli bench`.
+#[derive(Args, Debug)]
+pub struct BenchArgs {
+    /// Scene file, paused and animated, in place of the built-in cases; may be given again
+    #[arg(long, value_name = "FILE")]
+    pub scene: Vec<PathBuf>,
+    /// Preset of the cases [default: high, with --quick low]; may be given again
+    #[arg(long, value_enum)]
+    pub preset: Vec<Preset>,
+    /// Width and height in pixels [default: 640x360, with --quick 256x144]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+    /// Frames before the first that counts [default: 2, with --quick 1]
+    #[arg(long, value_name = "N", value_parser = args::frame_count)]
+    pub warmup: Option<u32>,
+    /// Frames that count [default: 32, with --quick 3]
+    #[arg(long, value_name = "N", value_parser = args::frame_count)]
+    pub frames: Option<u32>,
+    /// Folder for bench.json, bench.csv, trace.json and report.html
+    #[arg(long, value_name = "DIR", default_value = "out/bench")]
+    pub out: PathBuf,
+    /// Few frames, one scene, and what of it takes less than two minutes on a software driver
+    #[arg(long)]
+    pub quick: bool,
+    /// A preset that takes turns with the first, frame by frame; the ratio is told with its noise
+    #[arg(long, value_enum, value_name = "PRESET")]
+    pub against: Option<Preset>,
+    /// A number in place of the presets': pending, transmittance_stop, light_samples,
+    /// shadow_resolution, grid_fineness, or scale (of curves); may be given again
+    #[arg(long, value_name = "NAME=NUMBER")]
+    pub set: Vec<Setting>,
+    /// Folder of path-traced references, NAME.exr for each scene
+    #[arg(long, value_name = "DIR", default_value = "tests/references")]
+    pub references: PathBuf,
+    /// Trace references that are not there, with so many paths a pixel
+    #[arg(long, value_name = "N", value_parser = args::samples_a_pixel)]
+    pub spp: Option<u32>,
+    /// Table file made by precompute; without it, the built-in tables
+    #[arg(long, value_name = "FILE")]
+    pub tables: Option<PathBuf>,
+    /// Make the table of presets between the marks of this file anew
+    #[arg(long, value_name = "FILE")]
+    pub readme: Option<PathBuf>,
+    /// Measure nothing, but set one bench.json against another: ratios with their noise
+    #[arg(long, value_names = ["OLD.json", "NEW.json"], num_args = 2,
+        conflicts_with_all = ["scene", "preset", "size", "warmup", "frames", "quick", "against",
+            "set", "spp", "tables", "readme"])]
+    pub compare: Option<Vec<PathBuf>>,
+}
+
+/// Shows how far the bench is.
+#[derive(Default)]
+struct Bar(Option<Progress>);
+
+impl Bar {
+    fn end(&mut self) {
+        if let Some(bar) = self.0.take() {
+            bar.finish();
+        }
+    }
+}
+
+impl Listener for Bar {
+    fn begin(&mut self, steps: u64, what: &'static str) {
+        self.end();
+        self.0 = Some(Progress::new(steps, what));
+    }
+
+    fn step(&mut self) {
+        if let Some(bar) = &self.0 {
+            bar.step(false);
+        }
+    }
+}
+
+/// Runs the command.
+pub(super) fn run(args: &BenchArgs) -> Result<()> {
+    if let Some([old, new]) = args.compare.as_deref() {
+        return compare_files(old, new);
+    }
+    check_folder(&args.out)?;
+    let readme = args.readme.as_deref().map(|path| read(path, "a text")).transpose()?;
+    let order = order(args)?;
+    let tables = engine::tables_of(args.tables.as_deref())?;
+    let tables = tables_for(&order.scenes, tables, &StageBar::new())?;
+    let gpu = Gpu::headless()?;
+    let mut bar = Bar::default();
+    let bench = order.run(&gpu, &tables, &mut bar);
+    bar.end();
+    let bench = bench?;
+    // What is wrong with the README is known before anything is written.
+    let refreshed = match (&args.readme, readme) {
+        (Some(path), Some(text)) => {
+            Some((path, readme::refreshed(&text, &path.display().to_string(), &bench)?))
+        }
+        _ => None,
+    };
+    write(&args.out, &bench)?;
+    if let Some((path, text)) = refreshed {
+        write_text(path, &text)?;
+    }
+    compare::lines(&bench.against)
+        .iter()
+        .filter(|_| !bench.against.is_empty())
+        .try_for_each(|line| print(line))?;
+    print(&bench.summary())?;
+    bench.check()
+}
+
+fn order(args: &BenchArgs) -> Result<Order> {
+    let mut scenes = Vec::new();
+    for path in &args.scene {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        scenes.push((stem, load_scene(Some(path))?.0));
+    }
+    let default = if args.quick { Preset::Low } else { Preset::High };
+    let presets = if args.preset.is_empty() { vec![default] } else { args.preset.clone() };
+    if let Some(twice) = presets.iter().enumerate().find(|(i, p)| presets[..*i].contains(p)) {
+        return Err(Error::input("--preset", format!("`{}` is given twice", twice.1)));
+    }
+    if args.against.is_some_and(|against| presets.contains(&against)) {
+        return Err(Error::input("--against", "expected another preset than --preset"));
+    }
+    let quick = |quick: u32, full: u32| if args.quick { quick } else { full };
+    let size = if args.quick { REFERENCE_SIZE } else { [640, 360] };
+    Ok(Order {
+        scenes,
+        presets,
+        against: args.against,
+        set: args.set.clone(),
+        flight: Flight {
+            size: args.size.map_or(size, |size| size.0),
+            warmup: args.warmup.unwrap_or(quick(1, 2)),
+            frames: args.frames.unwrap_or(quick(3, 32)),
+        },
+        quick: args.quick,
+        references: args.references.clone(),
+        spp: args.spp,
+        tables: tables_name(args.tables.as_deref())?,
+    })
+}
+
+fn write(folder: &Path, bench: &Bench) -> Result<()> {
+    let json = |value: &dyn Fn() -> serde_json::Result<String>| {
+        value().map(|text| text + "\n").map_err(|e| Error::Failed(format!("JSON: {e}")))
+    };
+    let files = [
+        ("bench.csv", tables::csv(bench)?),
+        ("trace.json", json(&|| serde_json::to_string(&tables::trace(bench)))?),
+        ("report.html", report::html(bench)?),
+        // Last: where it is there, the others are.
+        ("bench.json", json(&|| serde_json::to_string_pretty(bench))?),
+    ];
+    for (name, text) in files {
+        write_text(&folder.join(name), &text)?;
+    }
+    Ok(())
+}
+
+fn write_text(path: &Path, text: &str) -> Result<()> {
+    check_file(path)?;
+    write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+    print(&path.display().to_string())
+}
+
+/// Reads a file that the user names.
+fn read(path: &Path, what: &str) -> Result<String> {
+    std::fs::read_to_string(path).map_err(|e| {
+        Error::input(path.display().to_string(), format!("cannot be read ({e}), expected {what}"))
+    })
+}
+
+fn compare_files(old: &PathBuf, new: &PathBuf) -> Result<()> {
+    let [old, new] = [old, new].map(|path| -> Result<Bench> {
+        compare::read(&read(path, "a bench.json")?, &path.display().to_string())
+    });
+    let (old, new) = (old?, new?);
+    for difference in compare::differences(&old, &new) {
+        eprint_line(&format!("not measured alike: {difference}"));
+    }
+    let ratios = compare::ratios(&old, &new);
+    if ratios.is_empty() {
+        return Err(Error::input("--compare", "the two have no case and preset in common"));
+    }
+    compare::lines(&ratios).iter().try_for_each(|line| print(line))
+}

@@ -1,0 +1,164 @@
+use std::f64::consts::PI;
+
+use super::cells::{cells, centre, index, side};
+use super::{CellLight, DIRECTIONS, GridLight, direction, positive};
+use crate::frame::gpu_data::{GridLevel, LightGridUniforms};
+use crate::frame::light_grid::relaxations;
+use glam::DVec3;
+
+#[test]
+fn no_direction_is_horizontal() {
+    for d in 0..DIRECTIONS {
+        assert!(direction(d).y.abs() > 0.166, "{}", direction(d));
+        assert_eq!(direction(d ^ 1), -direction(d));
+    }
+}
+
+/// Mean of `x^a y^b z^c` over the sphere.
+fn moment([a, b, c]: [u32; 3]) -> f64 {
+    if [a, b, c].iter().any(|n| n % 2 == 1) {
+        return 0.0;
+    }
+    let odds = |n: u32| (1..n).step_by(2).map(f64::from).product::<f64>();
+    odds(a) * odds(b) * odds(c) / (1..a + b + c + 2).step_by(2).map(f64::from).product::<f64>()
+}
+
+#[test]
+fn the_directions_integrate_polynomials_of_degree_5() {
+    for a in 0..=5 {
+        for b in 0..=5 - a {
+            for c in 0..=5 - a - b {
+                let powers = |v: DVec3| v.x.powi(a) * v.y.powi(b) * v.z.powi(c);
+                let sum: f64 = (0..DIRECTIONS).map(|d| powers(direction(d))).sum();
+                let off = sum / DIRECTIONS as f64 - moment([a, b, c].map(|n| n as u32));
+                // Roundings of a few products and twelve summands of at most 1.
+                assert!(off.abs() < 1e-15, "x^{a} y^{b} z^{c}: {off}");
+            }
+        }
+    }
+    // Degree 6 is beyond them: the test can fail.
+    let sum: f64 = (0..DIRECTIONS).map(|d| direction(d).dot(direction(0)).powi(6)).sum();
+    assert!((sum / DIRECTIONS as f64 - moment([0, 0, 6])).abs() > 0.01);
+}
+
+/// One level with a ragged cloud: two balls that overlap, of cells that hold no matter, little, or
+/// up to this optical depth.
+fn ragged(thickest: f64) -> GridLight {
+    let mut uniforms = <LightGridUniforms as bytemuck::Zeroable>::zeroed();
+    let size = [11, 9, 10];
+    uniforms.sun = [0.48, 0.6, 0.64, 0.0];
+    uniforms.levels = 1;
+    uniforms.cells = size.iter().product();
+    uniforms.moment_first = 0.3;
+    uniforms.moment_second = 0.1;
+    uniforms.albedo = 1.0;
+    uniforms.level[0] = GridLevel {
+        low: [-55.0, -36.0, -45.0, 0.0],
+        cell: [10.0, 8.0, 9.0, 0.0],
+        size: [size[0], size[1], size[2], 0],
+    };
+    let mut grid = GridLight::empty(&uniforms);
+    let level = grid.level(0);
+    for cell in cells(&level) {
+        let at = centre(&level, cell.map(|v| v as f64));
+        let [x, y, z] = cell;
+        let inside = at.distance(DVec3::new(-15.0, 0.0, 5.0)) < 32.0
+            || at.distance(DVec3::new(22.0, 8.0, -8.0)) < 25.0;
+        let ragged = ((x * 7 + y * 13 + z * 29) % 11) as f64 / 10.0;
+        if inside {
+            grid.extinction[index(&level, cell)] = ragged.powi(3) * thickest / 8.0;
+        }
+    }
+    grid
+}
+
+/// Power of sunlight that the cells take, and of scattered sunlight that leaves, W per W/m^2.
+fn taken_and_left(grid: &GridLight, leaves: &[super::CellLight; DIRECTIONS]) -> (f64, f64) {
+    let level = grid.level(0);
+    let cell = side(&level);
+    let volume = cell.x * cell.y * cell.z;
+    let path = grid.sun_path(&level);
+    let taken: f64 = (grid.sun.iter().zip(&grid.extinction))
+        .map(|(sun, extinction)| -sun * (-extinction * path).exp_m1() * volume / path)
+        .sum();
+    let solid_angle = 4.0 * PI / DIRECTIONS as f64;
+    let left = (leaves.iter().enumerate())
+        .map(|(d, light)| {
+            light.x * solid_angle * volume / super::cells::Crossing::new(direction(d), cell).path
+        })
+        .sum();
+    (taken, left)
+}
+
+#[test]
+fn all_sunlight_that_is_taken_leaves() {
+    for thickest in [0.3, 3.0, 12.0] {
+        let mut grid = ragged(thickest);
+        grid.start(0);
+        let mut leaves = Default::default();
+        for step in relaxations(257) {
+            leaves = grid.turn(0, f64::from(step), false);
+        }
+        let (taken, left) = taken_and_left(&grid, &leaves);
+        println!(
+            "thickest cell {thickest}: {taken} taken, {left} left, ratio - 1 {:e}",
+            left / taken - 1.0
+        );
+        assert!(taken > 100.0, "{taken}");
+        // Converged to roundings, which a thousand cells add up. Light interpolated between planes of
+        // cells (short characteristics): 3.7 % too much with the thinnest cells.
+        assert!((left / taken - 1.0).abs() < 1e-12, "{thickest}: {left} of {taken}");
+    }
+}
+
+#[test]
+fn uniform_light_stays_uniform() {
+    let mut grid = ragged(12.0);
+    grid.start(0);
+    for step in relaxations(17) {
+        grid.turn(0, f64::from(step), false);
+    }
+    for (light, extinction) in grid.lights.iter().zip(grid.extinction.iter().cycle()) {
+        assert!((light.z - 1.0).abs() < 1e-12, "{} at {extinction}", light.z);
+    }
+}
+
+/// Largest difference of the scattered sunlight from that of the converged solution, over its largest.
+fn off(grid: &GridLight, converged: &GridLight) -> f64 {
+    let pairs = grid.lights.iter().zip(&converged.lights);
+    let off = pairs.map(|(a, b)| (a.x - b.x).abs()).fold(0.0, f64::max);
+    off / converged.lights.iter().map(|l| l.x).fold(0.0, f64::max)
+}
+
+#[test]
+fn relaxed_turns_converge_faster_than_plain_ones() {
+    let solved = |steps: &[f32]| {
+        let mut grid = ragged(6.0);
+        grid.start(0);
+        for step in steps {
+            grid.turn(0, f64::from(*step), false);
+        }
+        grid
+    };
+    let converged = solved(&relaxations(257));
+    for turns in [5, 9, 17] {
+        let plain = off(&solved(&vec![1.0; turns]), &converged);
+        let relaxed = off(&solved(&relaxations(turns as u32)), &converged);
+        println!("{turns} turns: plain {plain:e}, relaxed {relaxed:e}");
+        assert!(relaxed < plain, "{turns} turns: plain {plain}, relaxed {relaxed}");
+    }
+}
+
+/// What is negative goes, and the sum stays; where nothing is, all stays to the bit.
+#[test]
+fn no_light_is_negative_and_none_is_lost() {
+    let mut scattered = [DVec3::new(1.0, 0.25, 0.0); DIRECTIONS];
+    assert_eq!(positive(scattered), scattered);
+    (scattered[3].x, scattered[7].x) = (-0.5, -1.0);
+    scattered[2].y = -1e9;
+    let result = positive(scattered);
+    assert!(result.iter().all(|s| s.min_element() >= 0.0), "{result:?}");
+    let sum = |of: &[CellLight], axis: usize| -> f64 { of.iter().map(|s| s[axis]).sum() };
+    assert!((sum(&result, 0) - sum(&scattered, 0)).abs() < 1e-12);
+    assert_eq!((sum(&result, 1), sum(&result, 2)), (0.0, 0.0), "less than nothing is nothing");
+}

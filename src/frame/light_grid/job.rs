@@ -1,0 +1,197 @@
+//! Buffers of the light grid for one size.
+
+use bytemuck::Zeroable;
+
+use super::inputs::GridInputs;
+use super::pass::{DIRECTIONS, LightGridPass};
+use super::relaxation::relaxations;
+use crate::frame::gpu_data::{GridEye, GridStage, LightGridUniforms, Particle};
+use crate::frame::passes::Passes;
+use crate::frame::rings::{RingJob, particle_count_buffer};
+use crate::gpu::{Gpu, buffers};
+
+/// What the grid's buffers are made for, besides its levels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GridSize {
+    /// Room for particles.
+    pub capacity: u32,
+    /// Columns of cells of the cloud field; 0 without one.
+    pub columns: u32,
+}
+
+/// Bytes of a texel of the field.
+const TEXEL_BYTES: u64 = 8;
+/// Bytes from one stage to the next: what WebGPU asks of offsets into uniforms at most.
+const STAGE_STRIDE: usize = 256;
+
+/// Buffers for one size of grid and number of turns.
+pub(super) struct Job {
+    pub sizes: Vec<[u32; 4]>,
+    pub cells: u32,
+    pub grid_size: GridSize,
+    pub turns: [u32; 2],
+    pub uniforms: wgpu::Buffer,
+    pub eye: wgpu::Buffer,
+    pub particles: wgpu::Buffer,
+    pub count: wgpu::Buffer,
+    pub rings: Option<RingJob>,
+    pub matter: wgpu::Buffer,
+    pub extinction: wgpu::Buffer,
+    pub sun: wgpu::Buffer,
+    pub lights: wgpu::Buffer,
+    pub light_words: usize,
+    pub bytes: u64,
+    pub splat: wgpu::BindGroup,
+    /// By level and turn.
+    pub stages: Vec<Vec<wgpu::BindGroup>>,
+    pub field: wgpu::BindGroup,
+    pub read: wgpu::BindGroup,
+}
+
+impl Job {
+    pub fn new(
+        gpu: &Gpu,
+        passes: &Passes,
+        pass: &LightGridPass,
+        grid_size: GridSize,
+        inputs: &GridInputs,
+    ) -> Self {
+        let GridSize { capacity, columns } = grid_size;
+        let cells = inputs.levels.cells();
+        let size = inputs.levels.texture_size();
+        let word = size_of::<u32>();
+        let uniforms = buffers::uniform(gpu, "light grid", &LightGridUniforms::zeroed());
+        let eye = buffers::uniform(gpu, "grid eye", &GridEye::zeroed());
+        let particles =
+            buffers::storage(gpu, "grid particles", capacity as usize, size_of::<Particle>());
+        let count = particle_count_buffer(gpu, 0);
+        let matter = buffers::storage(gpu, "grid matter", cells as usize, word);
+        let extinction = buffers::storage(gpu, "grid extinction", cells as usize, word);
+        let sun = buffers::storage(gpu, "grid sun", cells as usize, word);
+        let light =
+            |label, count| buffers::storage(gpu, label, count as usize, pass.light_words * word);
+        let sources = light("grid sources", cells * DIRECTIONS);
+        // What flows along the rows of slanted planes: up to twice as many planes as cells.
+        let longest = inputs.levels.longest();
+        let flows = longest * 2 * longest;
+        let lights = light("grid lights", (cells + flows) * DIRECTIONS);
+        let (stages_buffer, offsets) = stages(gpu, inputs);
+        let splat = pass.matter.bind(
+            gpu,
+            &[
+                uniforms.as_entire_binding(),
+                particles.as_entire_binding(),
+                count.as_entire_binding(),
+                pass.spreads.as_entire_binding(),
+                matter.as_entire_binding(),
+                extinction.as_entire_binding(),
+            ],
+        );
+        let stage = |offset: u64| {
+            pass.solve.bind(
+                gpu,
+                &[
+                    uniforms.as_entire_binding(),
+                    wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                        buffer: &stages_buffer,
+                        offset,
+                        size: wgpu::BufferSize::new(size_of::<GridStage>() as u64),
+                    }),
+                    extinction.as_entire_binding(),
+                    sun.as_entire_binding(),
+                    sources.as_entire_binding(),
+                    lights.as_entire_binding(),
+                ],
+            )
+        };
+        let stages = offsets.into_iter().map(|level| level.into_iter().map(stage).collect());
+        let stages = stages.collect();
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("light field"),
+            size: wgpu::Extent3d {
+                width: size[0],
+                height: size[1],
+                depth_or_array_layers: size[2],
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D3,
+            format: wgpu::TextureFormat::Rgba16Float,
+            usage: wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&Default::default());
+        let field = pass.field.bind(
+            gpu,
+            &[
+                eye.as_entire_binding(),
+                uniforms.as_entire_binding(),
+                sun.as_entire_binding(),
+                lights.as_entire_binding(),
+                extinction.as_entire_binding(),
+                wgpu::BindingResource::TextureView(&view),
+            ],
+        );
+        let read = pass.bind(gpu, &uniforms, &view, &extinction);
+        let rings = (columns > 0)
+            .then(|| passes.rings.job(gpu, &passes.lists.scan, columns, &particles, &count));
+        let texels = u64::from(size[0]) * u64::from(size[1]) * u64::from(size[2]);
+        let bytes = particles.size()
+            + 3 * matter.size()
+            + sources.size()
+            + lights.size()
+            + stages_buffer.size()
+            + texels * TEXEL_BYTES
+            + rings.as_ref().map_or(0, RingJob::bytes);
+        Self {
+            sizes: inputs.levels.sizes(),
+            cells,
+            grid_size,
+            turns: inputs.turns,
+            uniforms,
+            eye,
+            particles,
+            count,
+            rings,
+            matter,
+            extinction,
+            sun,
+            lights,
+            light_words: pass.light_words,
+            bytes,
+            splat,
+            stages,
+            field,
+            read,
+        }
+    }
+}
+
+/// The stages of a solution, and where each one is, by level and turn.
+fn stages(gpu: &Gpu, inputs: &GridInputs) -> (wgpu::Buffer, Vec<Vec<u64>>) {
+    let (mut bytes, mut offsets) = (Vec::new(), Vec::new());
+    for level in 0..inputs.levels.levels.len() {
+        let mut of_level = Vec::new();
+        let steps = relaxations(inputs.turns_of(level));
+        for (turn, relaxation) in steps.iter().copied().enumerate() {
+            let is_last = u32::from(turn + 1 == steps.len());
+            let stage = GridStage { level: level as u32, relaxation, is_last, padding_c: 0 };
+            of_level.push(bytes.len() as u64);
+            bytes.extend_from_slice(bytemuck::bytes_of(&stage));
+            bytes.resize(bytes.len().next_multiple_of(STAGE_STRIDE), 0);
+        }
+        offsets.push(of_level);
+    }
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("grid stages"),
+        size: bytes.len().max(STAGE_STRIDE) as u64,
+        usage: wgpu::BufferUsages::UNIFORM
+            | wgpu::BufferUsages::COPY_DST
+            | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    });
+    gpu.queue.write_buffer(&buffer, 0, &bytes);
+    (buffer, offsets)
+}

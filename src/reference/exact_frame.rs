@@ -1,0 +1,74 @@
+//! The last frame of a renderer, composed exactly.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::exact::{Exact, ExactPixel};
+use super::view::{Filter, View};
+use crate::error::{Error, Result};
+use crate::frame::cpu::blend::ChordInputs;
+use crate::frame::view::frame_uniforms;
+use crate::frame::{Quality, Renderer};
+use crate::medium::{Halo, Truncation};
+use crate::scene::Scene;
+use crate::tables::TableSet;
+
+/// A part of a picture, pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Its upper left pixel.
+    pub corner: [u32; 2],
+    /// Its width and height.
+    pub size: [u32; 2],
+}
+
+impl Window {
+    /// A whole picture.
+    pub fn whole(size: [u32; 2]) -> Self {
+        Self { corner: [0, 0], size }
+    }
+
+    /// The middle half of a picture, along both axes.
+    pub fn middle(size: [u32; 2]) -> Self {
+        Self { corner: size.map(|s| s / 4), size: size.map(|s| (s / 2).max(1)) }
+    }
+}
+
+/// Pixels of a window of the frame that the renderer has just made of this scene at this size, row by
+/// row; `row` hears of each. `tables` and `quality` are those the renderer was made with.
+pub fn exact_frame(
+    renderer: &Renderer,
+    scene: &Scene,
+    tables: &TableSet,
+    quality: &Quality,
+    size: [u32; 2],
+    window: Window,
+    row: &mut dyn FnMut(),
+) -> Result<Vec<ExactPixel>> {
+    let (particles, lights) = renderer.particles()?;
+    let medium = &scene.medium;
+    let scattering = tables.scattering_for(&medium.phase, medium.albedo).ok_or_else(|| {
+        Error::Failed(format!("the tables hold no scattering of {}", medium.phase))
+    })?;
+    let truncation = Truncation::new(&medium.phase);
+    let halo = Halo::new(&medium.phase, &truncation);
+    let field = renderer.field()?;
+    let shift = DVec3::ZERO; // the field brings its own
+    let camera = &scene.camera;
+    let frame = frame_uniforms(scene, camera, size, &truncation, shift, quality, 0, true);
+    let phase = medium.phase.prepare();
+    let (frame, halo, field) = (&frame, &halo, &field);
+    let inputs = ChordInputs { frame, tables, scattering, phase, halo, field };
+    let exact = Exact::new(scene, inputs, particles, lights)?;
+
+    let view = View::new(camera, size, None, Filter::Centre);
+    let mut pixels: Vec<ExactPixel> = Vec::new();
+    for y in 0..window.size[1] {
+        let place =
+            |x: u32| [x + window.corner[0], y + window.corner[1]].map(|v| f64::from(v) + 0.5);
+        let direction = |x: u32| -> DVec3 { view.ray(place(x), [0.0; 2]).dir };
+        pixels.par_extend((0..window.size[0]).into_par_iter().map(|x| exact.pixel(direction(x))));
+        row();
+    }
+    Ok(pixels)
+}

@@ -1,0 +1,195 @@
+//! `cumuli bench`: what it writes, by schema and counters; never by a clock.
+
+use serde_json::Value;
+
+use super::{Place, Run, assert_sentence};
+
+/// With numbers that make it a matter of seconds.
+const TINY: &str = "bench --quick --size 64x36 --frames 2 --set grid_fineness=0.25 \
+    --set light_samples=1 --set shadow_resolution=32 --out b";
+
+fn json(place: &Place, name: &str) -> Value {
+    serde_json::from_slice(&place.read(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// The value of NAME=VALUE in the summary line.
+fn word<'a>(run: &'a Run, name: &str) -> &'a str {
+    let line = run.out.lines().last().expect("a summary line");
+    assert!(line.starts_with("bench schema=1 "), "{line}");
+    let mut words = line.split(' ').filter_map(|word| word.split_once('='));
+    words.find(|(n, _)| *n == name).unwrap_or_else(|| panic!("{line} lacks {name}")).1
+}
+
+/// Times are positive and in order; nothing more is said of them.
+fn check_spread(spread: &Value) {
+    let [min, median, p95, p99, max] =
+        ["min", "median", "p95", "p99", "max"].map(|k| spread[k].as_f64().expect(k));
+    let rising = min <= median && median <= p95 && p95 <= p99 && p99 <= max;
+    assert!(min >= 0.0 && rising && spread["spread"].as_f64().is_some(), "{spread}");
+}
+
+fn check_runs(bench: &Value) {
+    let runs = bench["runs"].as_array().expect("runs");
+    let names: Vec<_> = runs.iter().map(|r| r["case"].as_str().expect("a name")).collect();
+    assert_eq!(
+        names,
+        [
+            "still_paused",
+            "still_animated",
+            "flight",
+            "looking_away",
+            "empty_sky",
+            "low_sun",
+            "far_from_origin",
+            "overcast"
+        ]
+    );
+    let counter = |case: &str, name: &str| -> Vec<u64> {
+        let run = runs.iter().find(|r| r["case"] == case).expect(case);
+        let frames = run["frames"].as_array().expect("frames");
+        assert_eq!(frames.len(), 2, "{case}");
+        frames.iter().map(|f| f["counters"][name].as_u64().expect(name)).collect()
+    };
+    let ran = |case: &str, pass: &str| -> Vec<bool> {
+        let run = runs.iter().find(|r| r["case"] == case).expect(case);
+        let frames = run["frames"].as_array().expect("frames").iter();
+        let passes = frames.map(|f| f["passes"].as_array().expect("passes"));
+        let found = passes.map(|p| p.iter().find(|p| p["name"] == pass).expect(pass));
+        found.map(|p| p["ran"].as_bool().expect("ran")).collect()
+    };
+    for run in runs {
+        check_spread(&run["wall_ms"]);
+        check_spread(&run["cpu_ms"]);
+        let case = run["case"].as_str().expect("a name");
+        assert!(run["first_ms"].as_f64().is_some_and(|ms| ms > 0.0), "{case}");
+        assert_eq!(counter(case, "overflowed"), [0, 0], "{case}");
+        assert_eq!(counter(case, "tiles"), [40, 40], "{case}");
+    }
+    // What a scene does not need is not done, and what it needs is.
+    assert_eq!(ran("still_paused", "blend"), [false, false]);
+    assert_eq!(ran("still_paused", "resolve"), [false, false]);
+    assert_eq!(ran("still_animated", "blend"), [true, true]);
+    assert_eq!(ran("empty_sky", "blend"), [false, false]);
+    assert_eq!(counter("empty_sky", "particles_generated"), [0, 0]);
+    assert_eq!(counter("looking_away", "particles_visible"), [0, 0]);
+    assert_eq!(counter("looking_away", "tiles_empty"), [40, 40]);
+    assert!(counter("looking_away", "particles_generated").iter().all(|n| *n > 0));
+    let [clear, closed] =
+        ["still_animated", "overcast"].map(|case| counter(case, "screen_list_entries")[0]);
+    assert!(closed > 2 * clear, "{closed} {clear}");
+    let lookups = counter("flight", "table_lookups");
+    assert!(lookups.iter().all(|n| *n > 0), "{lookups:?}");
+}
+
+/// Errors of a picture of 64x36 are those of few pixels: signs and order only.
+fn check_curve(bench: &Value) {
+    let curves = bench["curves"].as_array().expect("curves");
+    assert_eq!(curves.len(), 1);
+    let points = curves[0]["points"].as_array().expect("points");
+    let find = |name: &str| points.iter().find(|p| p["name"] == name).expect(name);
+    for name in ["low", "medium", "high", "ultra", "high scale=0.5", "march-8", "view-march-128"] {
+        check_spread(&find(name)["wall_ms"]);
+    }
+    let error = |name: &str| find(name)["algorithm"]["rel_mse"].as_f64().expect("an error");
+    assert!(error("high") > 0.0 && error("high") < error("high scale=0.5"));
+    assert!(error("view-march-128") < error("view-march-8"));
+    assert!(points.iter().any(|p| p["on_algorithm_front"] == true));
+    // No reference of this size is there.
+    assert!(points.iter().all(|p| p["model"].is_null()));
+}
+
+#[test]
+fn a_quick_bench_writes_what_the_schema_says() {
+    let place = Place::new();
+    place.write(
+        "readme.md",
+        "before\n<!-- presets: made by cumuli bench -->\nold\n<!-- /presets -->\nafter\n",
+    );
+    let run = place.works(&format!("{TINY} --readme readme.md"));
+    assert_eq!(place.names("b"), ["bench.csv", "bench.json", "report.html", "trace.json"]);
+    let bench = json(&place, "b/bench.json");
+    assert_eq!(bench["schema"], 1);
+    for field in ["cpu", "adapter", "driver", "commit", "system", "build"] {
+        assert!(bench["machine"][field].as_str().is_some_and(|s| !s.is_empty()), "{field}");
+    }
+    check_runs(&bench);
+    check_curve(&bench);
+    let motion = &bench["motion"][0];
+    assert_eq!(motion["case"], "flight");
+    assert!(motion["alone"]["rel_mse"].as_f64().is_some_and(|e| (0.0..0.1).contains(&e)));
+
+    assert_eq!(word(&run, "size"), "64x36");
+    assert!(word(&run, "flight:low_ms").parse::<f64>().is_ok_and(|ms| ms > 0.0));
+    let csv = String::from_utf8(place.read("b/bench.csv")).expect("UTF-8");
+    let header = csv.lines().next().expect("a header");
+    let columns = header.split(',').count();
+    assert!(header.contains("blend_ms") && header.contains("bytes_resident"), "{header}");
+    assert_eq!(csv.lines().count(), 1 + 8 * 2);
+    assert!(csv.lines().all(|line| line.split(',').count() == columns));
+    let trace = json(&place, "b/trace.json");
+    let events = trace["traceEvents"].as_array().expect("events");
+    assert!(events.iter().filter(|e| e["ph"] == "X").count() > 16);
+    let page = String::from_utf8(place.read("b/report.html")).expect("UTF-8");
+    assert!(page.matches("<svg").count() >= 3 && page.ends_with("</body></html>\n"));
+    assert!(!page.contains("http://") || !page.contains("src="), "it needs no other file");
+    let readme = String::from_utf8(place.read("readme.md")).expect("UTF-8");
+    assert!(readme.starts_with("before\n") && readme.ends_with("<!-- /presets -->\nafter\n"));
+    assert!(readme.contains("| cumulus | ultra |") && !readme.contains("old"), "{readme}");
+
+    // Against itself nothing has changed.
+    let same = place.works("bench --compare b/bench.json b/bench.json");
+    let last = same.out.lines().last().expect("a line");
+    assert!(last.contains("slower=0 quicker=0"), "{last}");
+}
+
+#[test]
+fn scenes_of_ones_own_and_presets_in_turn() {
+    let place = Place::new();
+    let run = place.works(
+        "bench --quick --size 32x18 --frames 3 --scene small.toml --preset low --against high \
+         --set pending=3 --spp 2 --out b",
+    );
+    let bench = json(&place, "b/bench.json");
+    let runs = bench["runs"].as_array().expect("runs");
+    let names: Vec<_> = runs
+        .iter()
+        .map(|r| [&r["case"], &r["preset"]].map(|v| v.as_str().expect("a name")))
+        .collect();
+    let [paused, animated] = ["small/paused", "small/animated"];
+    assert_eq!(names, [[paused, "low"], [paused, "high"], [animated, "low"], [animated, "high"]]);
+    assert_eq!(bench["settings"]["set"], serde_json::json!(["pending=3"]));
+    assert_eq!(bench["curves"][0]["reference"], "traced with 2 paths a pixel");
+    let model = &bench["curves"][0]["points"][0]["model"];
+    assert!(model["rel_mse_of_noise"].as_f64().is_some_and(|e| e > 0.0), "{model}");
+    let walls = bench["against"].as_array().expect("ratios");
+    assert_eq!(walls.iter().filter(|r| r["what"] == "wall").count(), 2);
+    assert!(run.out.contains("ratios="), "{}", run.out);
+}
+
+#[test]
+fn what_cannot_be_measured_is_refused() {
+    let place = Place::new();
+    place.write("bench.json", "{\"schema\": 99}");
+    place.write("other.json", "[]");
+    for (arguments, parts) in [
+        ("bench --scene none.toml", ["none.toml", "no such file"]),
+        ("bench --compare bench.json bench.json", ["bench.json", "schema 1, found 99"]),
+        ("bench --compare other.json other.json", ["other.json", "no bench"]),
+        ("bench --compare none.json none.json", ["none.json", "bench.json"]),
+        ("bench --preset low --against low", ["--against", "another preset"]),
+        ("bench --preset low --preset low", ["--preset", "twice"]),
+        ("bench --out small.toml", ["small.toml", "expected a folder"]),
+        ("bench --readme none.md", ["none.md", "cannot be read"]),
+    ] {
+        assert_sentence(&place.refuses(arguments), &parts);
+    }
+    for (arguments, part) in [
+        ("bench --frames 0", "1 to 1000000"),
+        ("bench --set pending=0", "from 1 to 32"),
+        ("bench --compare bench.json", "2 values"),
+        ("bench --compare bench.json bench.json --quick", "--quick"),
+    ] {
+        let message = place.refuses(arguments);
+        assert!(message.contains(part), "{message}");
+    }
+}
