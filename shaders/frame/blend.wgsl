@@ -1,15 +1,18 @@
-// Blend: each pixel walks its tile's list, near to far, and composes the particles volume-aware.
-// Up to PENDING chords are open at a time; between two events (a chord begins or ends) the open
-// ones share a piece of the ray, where extinctions add and source functions mix by optical depth.
-// Twin: src/frame/cpu/blend.rs.
+// Blend: each pixel marches through its tile's particles, near to far, in blocks of eight bins. A
+// block has the steps of the smallest particle it begins in; every particle that reaches into it adds
+// its matter and its light to the bins, whatever their number and order; then the bins are composed.
+// Where there is nothing, the march goes on at the next particle. Twin: src/frame/cpu/blend.rs.
+//
+// Within a bin matter and light are even, but for the light of the sun, whose depth is linear in it:
+// so a bin may be opaque, and a particle smaller than a bin keeps all of its matter.
 //
 // Workgroup contract: one workgroup owns one tile of 8x8 pixels, one invocation one pixel; it
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight}
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
-#import cumuli::lighting::{depth_at, mean_sunlight, own_source, way_out}
+#import cumuli::lighting::{depth_at, own_source, way_out}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
-#import cumuli::optical_depth::{bins_before, chord_profile, copy_for}
+#import cumuli::optical_depth::{copy_for, densities, march_from}
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::quaternion::rotate
 #import cumuli::scattering::scattering_source
@@ -25,98 +28,31 @@
 @group(0) @binding(7) var radiance_out: texture_storage_2d<rgba32float, write>; // rgb, transmittance
 @group(0) @binding(8) var distance_out: texture_storage_2d<r32float, write>;    // m, opacity-weighted
 
-const PENDING: u32 = #{PENDING}u;
+const STEPS: u32 = #{STEPS}u; // bins in a radius
+const BINS: f32 = 8.0;        // of a block
 const FAR: f32 = 1e30;
+// Least step over the distance: below it f32 does not tell the bins of a block apart.
+const LEAST_STEP: f32 = 1e-6;
+// Least length of a part of a chord, in bins: what f32 leaves of its two ends.
+const LEAST_PART: f32 = 1e-6;
+// Sunlight and transmittance below this are dark.
+const DARK: f32 = 1e-30;
+const LOWER = vec4<f32>(0.0, 1.0, 2.0, 3.0); // where the first four bins begin
+const UPPER = vec4<f32>(4.0, 5.0, 6.0, 7.0); // and the other four
 
-// Open chords, each in a place of its own until its end is passed. All loops over places have a
-// fixed number of rounds: unrolled, they leave no memory that is indexed.
-var<private> chord_begin: array<f32, PENDING>;  // m along the ray, of what is visible
-var<private> chord_end: array<f32, PENDING>;    // at the cursor or before it: the place is free
-var<private> chord_near: array<f32, PENDING>;   // m, where the whole chord begins
-var<private> chord_inverse: array<f32, PENDING>;// 1/m, of the whole chord's length
-var<private> chord_tau: array<f32, PENDING>;    // optical depth per sum of bins
-var<private> chord_low: array<vec4<u32>, PENDING>;  // where its matter lies, as ChordProfile
-var<private> chord_high: array<vec4<u32>, PENDING>;
-var<private> chord_done: array<f32, PENDING>;   // sum of its bins before the cursor
-var<private> chord_sun: array<vec3<f32>, PENDING>;   // irradiance there, without the share that is alone
-var<private> chord_above: array<vec3<f32>, PENDING>; // radiance from above
-var<private> chord_below: array<vec3<f32>, PENDING>; // and below
-var<private> chord_depth: array<f32, PENDING>;       // scaled optical depth to the sun at chord_begin
-var<private> chord_fade: array<f32, PENDING>;        // 1/m, its change along the ray
-var<private> chord_own: array<vec3<f32>, PENDING>;   // source of the share that is alone in sunlight
-var<private> chord_piece: array<f32, PENDING>;       // optical depth in the piece at hand
-
-var<private> cursor: f32;         // m, everything before it is composed
-var<private> radiance: vec3<f32>;
-var<private> transmittance: f32;
-var<private> distance_sum: f32;   // opacity times distance
-var<private> view: vec3<f32>;     // direction of the ray
-var<private> phase_first: f32;    // source of order 1 in undimmed sunlight, without halo
-var<private> sun_row: f32;        // angle from the sun, for the halo
-var<private> field: vec4<f32>;    // light field at field_at
-var<private> field_at: f32;       // m along the ray
-
-// Composes everything up to `limit`.
-fn advance(limit: f32) {
-    // Each round closes a chord, opens one, or reaches the limit.
-    for (var round = 0u; round < 2u * PENDING + 2u; round++) {
-        if cursor >= limit || transmittance <= frame.transmittance_stop {
-            break;
-        }
-        var next = limit;
-        for (var i = 0u; i < PENDING; i++) {
-            let event = select(chord_end[i], chord_begin[i], chord_begin[i] > cursor);
-            next = select(next, min(next, event), chord_end[i] > cursor);
-        }
-        var tau = 0.0;
-        for (var i = 0u; i < PENDING; i++) {
-            chord_piece[i] = 0.0;
-            if chord_begin[i] <= cursor && chord_end[i] > cursor {
-                let t = saturate((next - chord_near[i]) * chord_inverse[i]);
-                let done = bins_before(chord_low[i], chord_high[i], t);
-                chord_piece[i] = chord_tau[i] * max(done - chord_done[i], 0.0);
-                chord_done[i] = done;
-                tau += chord_piece[i];
-            }
-        }
-        var light = vec3(0.0);
-        if tau > 0.0 {
-            if field_at != cursor {
-                field = scattered_light(cursor * view - frame.grid_shift.xyz);
-            }
-            let near_end = field;
-            field = scattered_light(next * view - frame.grid_shift.xyz);
-            field_at = next;
-            let seen = mix(near_end, field, mean_scatter_fraction(tau));
-            let path = frame.halo_share * (seen.w - log(max(transmittance, 1e-30)));
-            let first = phase_first * halo_factor(sun_row, path);
-            for (var i = 0u; i < PENDING; i++) {
-                if chord_piece[i] > 0.0 {
-                    let front = max(chord_depth[i] + chord_fade[i] * (cursor - chord_begin[i]), 0.0);
-                    let back = max(chord_depth[i] + chord_fade[i] * (next - chord_begin[i]), 0.0);
-                    let sun = seen.x + first * mean_sunlight(front, back, tau);
-                    light += chord_piece[i] * (chord_own[i] + sun * chord_sun[i]
-                        + seen.y * chord_above[i] + (seen.z - seen.y) * chord_below[i]);
-                }
-            }
-        }
-        let weight = transmittance * mean_transmittance(tau);
-        radiance += weight * light;
-        // Not its middle: a dense piece is seen at its near end.
-        distance_sum += weight * tau * mix(cursor, next, mean_scatter_fraction(tau));
-        transmittance *= exp(-tau);
-        cursor = next;
-    }
-    cursor = max(cursor, limit);
+// The visible part of a ray in a particle, m.
+struct Span {
+    near: f32,  // of the whole chord: behind the eye in a particle that it is in
+    begin: f32,
+    end: f32,   // at the beginning or before it: there is none
 }
 
-// The place that is free first: its chord has the nearest end.
-fn first_end() -> f32 {
-    var first = FAR;
-    for (var i = 0u; i < PENDING; i++) {
-        first = min(first, chord_end[i]);
-    }
-    return first;
+fn span_of(centre: vec3<f32>, radius: f32, dir: vec3<f32>, far: f32) -> Span {
+    let middle = dot(centre, dir);
+    let across = centre - middle * dir;
+    let h2 = radius * radius - dot(across, across);
+    let h = sqrt(max(h2, 0.0));
+    return Span(middle - h, max(middle - h, 0.0), select(-1.0, min(middle + h, far), h2 > 0.0));
 }
 
 @compute @workgroup_size(8, 8)
@@ -124,26 +60,22 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
     if any(id.xy >= frame.size) {
         return;
     }
-    radiance = vec3(0.0);
-    transmittance = 1.0;
-    distance_sum = 0.0;
-    cursor = 0.0;
-    for (var i = 0u; i < PENDING; i++) {
-        chord_end[i] = 0.0;
-    }
+    var radiance = vec3(0.0);
+    var transmittance = 1.0;
+    var distance_sum = 0.0; // opacity times distance
     var lookups = 0u;
 
     let tile = group.y * frame.tiles.x + group.x;
-    let begin = tile_offsets[tile];
     let end = min(tile_offsets[tile + 1u], arrayLength(&tile_entries));
-    if begin < end {
+    var low = tile_offsets[tile]; // the entries before are all passed
+    if low < end {
         let ndc = (vec2<f32>(id.xy) + 0.5) / vec2<f32>(frame.size) * 2.0 - 1.0;
         let dir = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
-        let phase_once = phase_between(phase, dir, frame.sun.xyz);
-        view = dir;
-        phase_first = frame.albedo / frame.delta_scale * phase_once;
-        sun_row = halo_row(dir, frame.sun.xyz);
-        field_at = -1.0;
+        let sun = frame.sun.xyz;
+        let phase_once = phase_between(phase, dir, sun);
+        // Source of order 1 in undimmed sunlight, without halo.
+        let phase_first = frame.albedo / frame.delta_scale * phase_once;
+        let sun_row = halo_row(dir, sun);
         // In the middle of the picture; a rectilinear picture stretches towards its corners.
         let pixels_per_radian = 0.5 * f32(frame.size.x) / length(frame.right.xyz);
         var far = FAR;
@@ -151,87 +83,169 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             let ground = ground_distance(dir);
             far = select(FAR, ground, ground >= 0.0);
         }
-
-        for (var entry = begin; entry < end; entry++) {
-            let index = tile_entries[entry];
-            let particle = particles[index];
-            let middle = dot(particle.centre, dir);
-            let across = particle.centre - middle * dir;
-            let h2 = particle.radius * particle.radius - dot(across, across);
-            if h2 <= 0.0 {
-                continue;
-            }
-            let h = sqrt(h2);
-            let near = middle - h;
-            let visible_begin = max(near, 0.0);
-            let visible_end = min(middle + h, far);
-            if visible_end <= visible_begin {
-                continue;
-            }
-            // No later particle of the list begins before this distance.
-            advance(length(particle.centre) - particle.radius);
-            // Where all places are taken: composes up to the first end. Whatever begins before
-            // that keeps its matter and loses at most its order (the error of a small PENDING).
-            advance(first_end());
-            if transmittance <= frame.transmittance_stop {
-                break;
-            }
-
-            let entry_place = (near * dir - particle.centre) / particle.radius;
-            let exit_place = (near * dir + 2.0 * h * dir - particle.centre) / particle.radius;
-            let profile = chord_profile(
-                particle.shape,
-                rotate(particle.orientation, entry_place),
-                rotate(particle.orientation, exit_place),
-                copy_for(particle.radius * pixels_per_radian / max(length(particle.centre), particle.radius)),
-            );
-            let tau = particle.extinction * 2.0 * h * profile.mean_density;
-            let inverse = 0.5 / h;
-            let before = bins_before(profile.low, profile.high, saturate((visible_begin - near) * inverse));
-            let after = bins_before(profile.low, profile.high, saturate((visible_end - near) * inverse));
-
-            let visible_tau = tau * (after - before) * profile.inverse_sum;
-            let light = lights[index];
-            let alone = light.ambient_below.w;
-            var own = 0.0;
-            if alone > 0.0 {
-                let scattered = scattering_source(entry_place, dir, frame.sun.xyz, particle.optical_radius / frame.delta_scale);
-                let t = mix(visible_begin, visible_end, mean_scatter_fraction(visible_tau));
-                let front = depth_at(light.sun_front, (t * dir - particle.centre) / particle.radius);
-                own = alone * own_source(scattered, phase_once, visible_tau, frame.delta_scale) * exp(-front);
-                lookups += 1u;
-            }
-            let begin_place = (visible_begin * dir - particle.centre) / particle.radius;
-            let end_place = (visible_end * dir - particle.centre) / particle.radius;
-            let begin_depth = depth_at(light.sun_front, begin_place) + particle.optical_radius * way_out(begin_place, frame.sun.xyz);
-            let end_depth = depth_at(light.sun_front, end_place) + particle.optical_radius * way_out(end_place, frame.sun.xyz);
-            lookups += 2u;
-
-            let first = max(visible_begin, cursor);
-            var placed = false;
-            for (var i = 0u; i < PENDING; i++) {
-                if !placed && chord_end[i] <= cursor {
-                    placed = true;
-                    chord_begin[i] = first;
-                    // Behind the cursor only when a small PENDING forced it there: the matter
-                    // then lies just behind the cursor, in no length at all.
-                    chord_end[i] = max(visible_end, first + 1e-5 * max(first, 1.0));
-                    chord_near[i] = near;
-                    chord_inverse[i] = inverse;
-                    chord_tau[i] = tau * profile.inverse_sum;
-                    chord_low[i] = profile.low;
-                    chord_high[i] = profile.high;
-                    chord_done[i] = before;
-                    chord_sun[i] = (1.0 - alone) * light.sun_irradiance.rgb;
-                    chord_above[i] = light.ambient_above.rgb;
-                    chord_below[i] = light.ambient_below.rgb;
-                    chord_own[i] = own * light.sun_irradiance.rgb;
-                    chord_depth[i] = begin_depth;
-                    chord_fade[i] = (end_depth - begin_depth) / (visible_end - visible_begin);
+        var cursor = 0.0;     // m, everything before it is composed
+        var field = vec4(0.0);
+        var field_at = -1.0;  // m, where `field` is the light field
+        // A particle is the smallest in no more blocks than its diameter is long, and the two at
+        // its ends.
+        let most = (end - low) * (2u * STEPS / u32(BINS) + 3u);
+        for (var block = 0u; block < most; block++) {
+            var begin = FAR;
+            var smallest = FAR;
+            var leading = true;
+            for (var entry = low; entry < end; entry++) {
+                let index = tile_entries[entry];
+                let centre = particles[index].centre;
+                let radius = particles[index].radius;
+                // No later particle of the list begins before this distance.
+                if length(centre) - radius >= begin + smallest {
+                    break;
+                }
+                let span = span_of(centre, radius, dir, far);
+                if span.end > span.begin && span.end > cursor {
+                    leading = false;
+                    begin = min(begin, max(span.begin, cursor));
+                    smallest = min(smallest, radius);
+                } else if leading {
+                    low = entry + 1u;
                 }
             }
+            if begin >= FAR {
+                break;
+            }
+            let step = max(smallest / f32(STEPS), LEAST_STEP * begin);
+            let stop = begin + BINS * step;
+
+            // Of each bin: optical depth; the same of what others are around; that times the
+            // sunlight at its begin and at its end; source of what is alone.
+            var tau_low = vec4(0.0);
+            var tau_high = vec4(0.0);
+            var crowded_low = vec4(0.0);
+            var crowded_high = vec4(0.0);
+            var front_low = vec4(0.0);
+            var front_high = vec4(0.0);
+            var back_low = vec4(0.0);
+            var back_high = vec4(0.0);
+            var own_low = vec4(0.0);
+            var own_high = vec4(0.0);
+            // Colours change with the altitude alone: one for a block, by optical depth.
+            var matter_sum = 0.0;
+            var sun_sum = vec3(0.0);
+            var above_sum = vec3(0.0);
+            var below_sum = vec3(0.0);
+            for (var entry = low; entry < end; entry++) {
+                let index = tile_entries[entry];
+                let centre = particles[index].centre;
+                let radius = particles[index].radius;
+                if length(centre) - radius >= stop {
+                    break;
+                }
+                let span = span_of(centre, radius, dir, far);
+                let a = max(span.begin, begin);
+                let b = min(span.end, stop);
+                if b <= a {
+                    continue;
+                }
+                // The part in bins from the block's begin on, and in each bin.
+                let first = (a - begin) / step;
+                let last = max((b - begin) / step, first + LEAST_PART);
+                let low_first = clamp(vec4(first), LOWER, LOWER + 1.0);
+                let low_last = clamp(vec4(last), LOWER, LOWER + 1.0);
+                let high_first = clamp(vec4(first), UPPER, UPPER + 1.0);
+                let high_last = clamp(vec4(last), UPPER, UPPER + 1.0);
+                let a_place = (a * dir - centre) / radius;
+                let b_place = (b * dir - centre) / radius;
+                let bin_tau = particles[index].extinction * step;
+                var low_tau = bin_tau * (low_last - low_first);
+                var high_tau = bin_tau * (high_last - high_first);
+                let shape = particles[index].shape;
+                if shape != 0u {
+                    let turn = particles[index].orientation;
+                    let along = rotate(turn, dir) * (step / radius);
+                    let copy = copy_for(radius * pixels_per_radian / max(length(centre), radius));
+                    let march = march_from(shape, rotate(turn, a_place) - first * along, along, copy);
+                    low_tau *= densities(march, 0.5 * (low_first + low_last), low_last > low_first);
+                    high_tau *= densities(march, 0.5 * (high_first + high_last), high_last > high_first);
+                    lookups += u32(ceil(last) - floor(first));
+                }
+                let optical_radius = particles[index].optical_radius;
+                let sun_front = lights[index].sun_front;
+                let a_depth = depth_at(sun_front, a_place) + optical_radius * way_out(a_place, sun);
+                let b_depth = depth_at(sun_front, b_place) + optical_radius * way_out(b_place, sun);
+                let slope = (b_depth - a_depth) / (last - first);
+                let below = lights[index].ambient_below;
+                let alone = below.w;
+                if alone > 0.0 {
+                    let scattered = scattering_source((span.near * dir - centre) / radius, dir, sun, optical_radius / frame.delta_scale);
+                    let visible_tau = optical_radius * (span.end - span.begin) / radius;
+                    let own = alone * own_source(scattered, phase_once, visible_tau, frame.delta_scale)
+                        * exp(-depth_at(sun_front, 0.5 * (a_place + b_place)));
+                    own_low += own * low_tau;
+                    own_high += own * high_tau;
+                    lookups += 2u;
+                }
+                tau_low += low_tau;
+                tau_high += high_tau;
+                let all = low_tau + high_tau;
+                let matter = all.x + all.y + all.z + all.w;
+                matter_sum += matter;
+                sun_sum += matter * lights[index].sun_irradiance.rgb;
+                above_sum += matter * lights[index].ambient_above.rgb;
+                below_sum += matter * below.rgb;
+                low_tau *= 1.0 - alone;
+                high_tau *= 1.0 - alone;
+                crowded_low += low_tau;
+                crowded_high += high_tau;
+                // Bins that the part does not reach have no matter: any depth will do. Rounding must
+                // not make it negative, for large depths then overflow.
+                front_low += low_tau * exp(-max(a_depth + slope * clamp(low_first - first, vec4(0.0), vec4(last - first)), vec4(0.0)));
+                front_high += high_tau * exp(-max(a_depth + slope * clamp(high_first - first, vec4(0.0), vec4(last - first)), vec4(0.0)));
+                back_low += low_tau * exp(-max(a_depth + slope * clamp(low_last - first, vec4(0.0), vec4(last - first)), vec4(0.0)));
+                back_high += high_tau * exp(-max(a_depth + slope * clamp(high_last - first, vec4(0.0), vec4(last - first)), vec4(0.0)));
+            }
+            if matter_sum > 0.0 {
+                if field_at != begin {
+                    field = scattered_light(begin * dir - frame.grid_shift.xyz);
+                }
+                let near_field = field;
+                field = scattered_light(stop * dir - frame.grid_shift.xyz);
+                field_at = stop;
+                let path = frame.halo_share * (0.5 * (near_field.w + field.w) - log(max(transmittance, DARK)));
+                let once = phase_first * halo_factor(sun_row, path);
+                var sunlight = 0.0;
+                var above = 0.0;
+                var below = 0.0;
+                for (var bin = 0u; bin < u32(BINS); bin++) {
+                    let high = bin >= 4u;
+                    let i = bin & 3u;
+                    let tau = select(tau_low[i], tau_high[i], high);
+                    if tau > 0.0 {
+                        let front = select(front_low[i], front_high[i], high);
+                        let back = select(back_low[i], back_high[i], high);
+                        let mean = mean_transmittance(tau);
+                        // Depth to the sun and to the near end together, along the bin; see
+                        // `mean_sunlight`.
+                        let both = tau + log(max(front, DARK)) - log(max(back, DARK));
+                        let peak = select(front, back * exp(-tau), both < 0.0);
+                        let lit = once * peak * mean_transmittance(abs(both)) / mean;
+                        let share = (f32(bin) + mean_scatter_fraction(tau)) / BINS;
+                        let seen = mix(near_field, field, share);
+                        let weight = transmittance * mean;
+                        sunlight += weight * (lit + seen.x * select(crowded_low[i], crowded_high[i], high) + select(own_low[i], own_high[i], high));
+                        above += weight * tau * seen.y;
+                        below += weight * tau * (seen.z - seen.y);
+                        // Not its middle: a dense bin is seen at its near end.
+                        distance_sum += weight * tau * mix(begin, stop, share);
+                        transmittance *= exp(-tau);
+                    }
+                }
+                radiance += (sunlight * sun_sum + above * above_sum + below * below_sum) / matter_sum;
+                if transmittance <= frame.transmittance_stop {
+                    break;
+                }
+            }
+            cursor = stop;
         }
-        advance(FAR);
         atomicAdd(&counts[0], lookups);
         atomicAdd(&counts[1], 1u);
     } else if all(local.xy == vec2(0u)) {

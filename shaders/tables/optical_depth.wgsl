@@ -154,8 +154,9 @@ struct March {
     step: vec3<f32>,
 }
 
-// Through a shape's density, or a filtered copy of it: 0 is the density itself.
-fn march_between(shape: u32, entry: vec3<f32>, exit: vec3<f32>, copy: u32) -> March {
+// Through a shape's density, or a filtered copy of it (0 is the density itself): the place in radii
+// where the march begins, and its step.
+fn march_from(shape: u32, begin: vec3<f32>, along: vec3<f32>, copy: u32) -> March {
     let inverse = optical_depth_params.inverse_volumes.xyz;
     let size = VOLUME_NODES / f32(1u << copy);
     let column = f32((shape - 1u) / VOLUMES_DEEP);
@@ -164,8 +165,31 @@ fn march_between(shape: u32, entry: vec3<f32>, exit: vec3<f32>, copy: u32) -> Ma
     let first = vec3(2.0 * VOLUME_NODES * (column + 1.0) - 2.0 * size, 0.0, VOLUME_NODES * row);
     // The outermost nodes lie on the faces of the cube.
     let scale = 0.5 * (size - 1.0);
-    let step = (exit - entry) * (scale / BINS) * inverse;
-    return March((first + 0.5 * size + entry * scale) * inverse + 0.5 * step, step);
+    return March((first + 0.5 * size + begin * scale) * inverse, along * scale * inverse);
+}
+
+// Over the bins of a chord.
+fn march_between(shape: u32, entry: vec3<f32>, exit: vec3<f32>, copy: u32) -> March {
+    let step = (exit - entry) / BINS;
+    return march_from(shape, entry + 0.5 * step, step, copy);
+}
+
+// Densities after these numbers of steps, where they are wanted.
+fn densities(m: March, places: vec4<f32>, wanted: vec4<bool>) -> vec4<f32> {
+    var found = vec4(0.0);
+    if wanted.x {
+        found.x = textureSampleLevel(density_texture, table_sampler, m.at + places.x * m.step, 0.0).r;
+    }
+    if wanted.y {
+        found.y = textureSampleLevel(density_texture, table_sampler, m.at + places.y * m.step, 0.0).r;
+    }
+    if wanted.z {
+        found.z = textureSampleLevel(density_texture, table_sampler, m.at + places.z * m.step, 0.0).r;
+    }
+    if wanted.w {
+        found.w = textureSampleLevel(density_texture, table_sampler, m.at + places.w * m.step, 0.0).r;
+    }
+    return found;
 }
 
 // The best answer. Entry and exit are points of the unit sphere in the particle's own axes; shape

@@ -65,7 +65,8 @@ fn single_source(chord: f32, height: f32, climb: f32, optical_radius: f32) -> f3
         let u = f32(piece) / f32(PIECES);
         // Even at both ends in the root of the distance, which takes the root out of the sun's path.
         let x = u * u * (3.0 - 2.0 * u);
-        let fraction = x / (crowding - (crowding - 1.0) * x);
+        // Not crowding - (crowding - 1) x: f32 would make 0 of it at the end of an opaque chord.
+        let fraction = x / (crowding * (1.0 - x) + x);
         let t = chord * fraction;
         let along = height + t * climb;
         let inside = t * max(chord - t, 0.0);

@@ -6,7 +6,7 @@ use super::march::{MarchLight, MarchSettings, STEPS};
 use super::record::PointKind;
 use crate::frame::{Preset, Quality};
 
-/// A number in place of a preset's: "pending=4".
+/// A number in place of a preset's: "steps=4".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
     name: Name,
@@ -15,7 +15,7 @@ pub struct Setting {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Name {
-    Pending,
+    Steps,
     TransmittanceStop,
     LightSamples,
     ShadowResolution,
@@ -25,7 +25,7 @@ enum Name {
 
 /// Names, what they may be, and whether they are whole numbers.
 const NAMES: [(Name, &str, [f64; 2], bool); 6] = [
-    (Name::Pending, "pending", [1.0, 32.0], true),
+    (Name::Steps, "steps", [1.0, 32.0], true),
     (Name::TransmittanceStop, "transmittance_stop", [1e-6, 0.5], false),
     (Name::LightSamples, "light_samples", [1.0, 8.0], true),
     (Name::ShadowResolution, "shadow_resolution", [8.0, 2048.0], true),
@@ -97,7 +97,7 @@ impl Variant {
     fn with(mut self, setting: Setting) -> Self {
         let (quality, value) = (&mut self.quality, setting.value);
         match setting.name {
-            Name::Pending => quality.pending = value as u32,
+            Name::Steps => quality.steps = value as u32,
             Name::TransmittanceStop => quality.transmittance_stop = value as f32,
             Name::LightSamples => quality.light_samples = value as u32,
             Name::ShadowResolution => quality.shadow_resolution = value as u32,
@@ -120,11 +120,10 @@ impl Variant {
 }
 
 /// Numbers that are tried one by one, the others being those of the preset high.
-const KNOBS: [&str; 13] = [
-    "pending=1",
-    "pending=2",
-    "pending=4",
-    "pending=16",
+const KNOBS: [&str; 12] = [
+    "steps=2",
+    "steps=4",
+    "steps=12",
     "transmittance_stop=0.02",
     "transmittance_stop=0.0005",
     "light_samples=1",
@@ -173,10 +172,10 @@ mod tests {
             assert_ne!(high.clone().with(setting), high, "{text} changes nothing");
         }
         for (bad, part) in [
-            ("pending", "NAME=NUMBER"),
-            ("penidng=3", "pending, transmittance_stop"),
-            ("pending=0", "from 1 to 32"),
-            ("pending=1.5", "a whole number"),
+            ("steps", "NAME=NUMBER"),
+            ("stpes=3", "steps, transmittance_stop"),
+            ("steps=0", "from 1 to 32"),
+            ("steps=1.5", "a whole number"),
             ("light_samples=3", "1, 2, 4 or 8"),
             ("scale=nan", "from 0.1 to 1"),
             ("scale=", "from 0.1 to 1"),

@@ -1,4 +1,4 @@
-//! Blend: each pixel walks its tile's list, near to far, and composes the particles volume-aware.
+//! Blend: each pixel marches through its tile's particles, near to far, and composes them volume-aware.
 
 use super::picture_lists::PictureLists;
 use super::targets::Targets;
@@ -28,16 +28,15 @@ pub struct BlendInputs<'a> {
 }
 
 impl BlendPass {
-    /// Compiles the pass with room for `pending` open chords a pixel; it reads the tables
-    /// (group 1), the sky (group 2) and the light field (group 3).
+    /// Compiles the pass with `steps` steps in a radius; it reads the tables (group 1), the sky (group 2) and the light field (group 3).
     pub fn new(
         gpu: &Gpu,
         library: &ShaderLibrary,
-        pending: u32,
+        steps: u32,
         groups: &[&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
         let file = crate::shader_file!("frame/blend.wgsl");
-        let defs = [("PENDING", pending)];
+        let defs = [("STEPS", steps)];
         Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, groups)? })
     }
 

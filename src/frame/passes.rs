@@ -48,7 +48,7 @@ impl Passes {
         let light_grid = LightGridPass::new(gpu, library, medium)?;
         let groups = [tables, sky, light_grid.layout()];
         let light = LightPass::new(gpu, library, &groups)?;
-        let blend = BlendPass::new(gpu, library, quality.pending, &groups)?;
+        let blend = BlendPass::new(gpu, library, quality.steps, &groups)?;
         Ok(Self {
             rings: RingPass::new(gpu, library)?,
             lists: ListPasses::new(gpu, library)?,

@@ -91,8 +91,8 @@ impl RenderSettings {
 /// The numbers behind a preset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
-    /// Chords a pixel may have open at a time.
-    pub pending: u32,
+    /// Steps of the eye's march in a radius of the smallest particle at hand.
+    pub steps: u32,
     /// A pixel is finished below this transmittance.
     pub transmittance_stop: f32,
     /// Points per particle where light is measured: 1, 2, 4 or 8.
@@ -108,28 +108,28 @@ impl Preset {
     pub const fn quality(self) -> Quality {
         match self {
             Self::Low => Quality {
-                pending: 2,
+                steps: 3,
                 transmittance_stop: 0.02,
                 light_samples: 1,
                 shadow_resolution: 96,
                 grid: GridSettings { fineness: 0.5, turns: [9, 5] },
             },
             Self::Medium => Quality {
-                pending: 4,
+                steps: 4,
                 transmittance_stop: 0.01,
                 light_samples: 2,
                 shadow_resolution: 160,
                 grid: GridSettings { fineness: 0.7, turns: [17, 5] },
             },
             Self::High => Quality {
-                pending: 8,
+                steps: 6,
                 transmittance_stop: 0.004,
                 light_samples: 4,
                 shadow_resolution: 256,
                 grid: GridSettings { fineness: 1.0, turns: [17, 9] },
             },
             Self::Ultra => Quality {
-                pending: 16,
+                steps: 10,
                 transmittance_stop: 0.0005,
                 light_samples: 8,
                 shadow_resolution: 512,

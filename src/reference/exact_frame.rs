@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::exact::{Exact, ExactPixel};
 use super::view::{Filter, View};
 use crate::error::{Error, Result};
-use crate::frame::cpu::blend::ChordInputs;
+use crate::frame::cpu::segments::ChordInputs;
 use crate::frame::view::frame_uniforms;
 use crate::frame::{Quality, Renderer};
 use crate::medium::{Halo, Truncation};

@@ -279,6 +279,12 @@ impl TableSet {
         table.map_or(ChordProfile::UNIFORM, |table| table.profile(entry, exit, copy))
     }
 
+    /// Density at a place in a shape, or in a filtered copy of it; the twin of `densities` in the
+    /// shader.
+    pub fn density(&self, shape: u32, place: DVec3, copy: usize) -> f64 {
+        self.table(shape).map_or(1.0, |table| table.density(place, copy))
+    }
+
     /// A quick answer for lines of light; the twin of `chord_step` in the shader.
     pub fn chord_step(&self, shape: u32, entry: DVec3, exit: DVec3) -> ChordStep {
         self.table(shape).map_or(ChordStep::UNIFORM, |table| table.step(entry, exit))

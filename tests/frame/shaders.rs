@@ -34,7 +34,7 @@ fn all_files_compose_and_validate() {
             Some(module) => format!("#import {module}\n@compute @workgroup_size(1) fn main() {{}}"),
             None => text,
         };
-        let composed = library.compose(&name, &text, &[("PENDING", 4)]);
+        let composed = library.compose(&name, &text, &[("STEPS", 4)]);
         let composed = composed.unwrap_or_else(|e| panic!("{name}: {e}"));
         // No capability beyond WebGPU's core, which has f16 packed in u32.
         let core = Capabilities::SHADER_FLOAT16_IN_FLOAT32;

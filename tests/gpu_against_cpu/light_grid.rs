@@ -116,7 +116,7 @@ fn the_light_of_a_clump_that_absorbs_is_that_of_the_twin() {
     };
     let table = ScatteringTable::bake(phase, albedo, &options, &Silent).expect("a table");
     let shapes = tables().optical_depth().to_vec();
-    let options = tables().optical_depth_options().clone();
+    let options = *tables().optical_depth_options();
     let tables = TableSet::new(shapes, options, vec![table]).expect("tables");
     let mut scene = clump(albedo);
     scene.medium.phase = phase;

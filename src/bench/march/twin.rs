@@ -3,7 +3,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::frame::cpu::blend::{Composed, mean_scatter_fraction};
+use crate::frame::cpu::segments::{Composed, mean_scatter_fraction};
 use crate::frame::gpu_data::Particle;
 use crate::medium::PreparedPhase;
 use crate::tables::TableSet;

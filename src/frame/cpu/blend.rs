@@ -1,291 +1,207 @@
-//! The blend in f64: twin of `shaders/frame/blend.wgsl`, and a compositor that keeps all chords
-//! and resolves every piece between two events exactly, which tells what a limited number of
-//! open chords costs.
+//! The blend in f64: twin of `shaders/frame/blend.wgsl`, where the method is told.
 
 use glam::{DQuat, DVec3};
 
-use super::light_grid::FieldSeen;
-use super::lighting::{ChordLight, ChordPlaces, PieceLight, RayLight, own_source};
-use crate::frame::gpu_data::{FrameUniforms, Particle, ParticleLight};
-use crate::medium::{Halo, PreparedPhase};
-use crate::tables::optical_depth::ChordProfile;
+use super::lighting::{RayLight, depth_at, mean_sunlight, own_source, way_out};
+use super::segments::{ChordInputs, Composed, mean_scatter_fraction};
+use crate::frame::gpu_data::{Particle, ParticleLight};
 use crate::tables::optical_depth::volume::copy_for;
-use crate::tables::{ScatteringTable, TableSet};
 
-/// Part of a ray within one particle.
-#[derive(Clone, Copy, Debug)]
-pub struct Chord {
-    /// m along the ray: no later particle of the list begins before it.
-    pub order: f64,
-    /// m, of what is visible.
-    pub begin: f64,
-    /// m, of what is visible.
-    pub end: f64,
-    /// m, where the whole chord begins.
-    pub near: f64,
-    /// m, of the whole chord.
-    pub length: f64,
-    /// Optical depth of the whole chord.
-    pub optical_depth: f64,
-    /// Where its matter lies.
-    pub profile: ChordProfile,
-    /// What lights it.
-    pub light: ChordLight,
+/// Bins of a block.
+pub const BINS: usize = 8;
+/// Least step over the distance.
+const LEAST_STEP: f64 = 1e-6;
+/// Least length of a part of a chord, in bins.
+const LEAST_PART: f64 = 1e-6;
+/// Sunlight below this is dark.
+const DARK: f64 = 1e-30;
+
+/// What a pixel's ray meets: particles in the order of their nearest points, with their light.
+pub struct Pixel<'a> {
+    /// Frame, tables and light.
+    pub inputs: &'a ChordInputs<'a>,
+    /// In the order of the list.
+    pub particles: &'a [Particle],
+    /// Of each particle.
+    pub lights: &'a [ParticleLight],
+    /// Of the ray.
+    pub dir: DVec3,
+    /// m, to the ground.
+    pub far: f64,
 }
 
-impl Chord {
-    /// Source on a piece of the ray.
-    fn source(&self, piece: &PieceLight, from: f64, to: f64) -> DVec3 {
-        let share = |t: f64| (t - self.begin) / (self.end - self.begin);
-        piece.source(&self.light, share(from), share(to))
-    }
-
-    /// Share of the whole chord's matter before a distance along the ray.
-    fn share(&self, distance: f64) -> f64 {
-        self.profile.fraction(((distance - self.near) / self.length) as f32).into()
-    }
+/// Of one bin: optical depth, that among others, that in sunlight at its two ends, and source of what
+/// is alone.
+#[derive(Clone, Copy, Default)]
+struct Bin {
+    tau: f64,
+    crowded: f64,
+    front: f64,
+    back: f64,
+    own: f64,
 }
 
-/// What a pixel sees of the particles.
-#[derive(Clone, Copy, Debug)]
-pub struct Composed {
-    /// Radiance of the particles.
-    pub radiance: DVec3,
-    /// Of all of them.
-    pub transmittance: f64,
-    /// m, opacity-weighted; 0 where nothing is seen.
-    pub distance: f64,
+/// A block of bins, and the colours of its light times its optical depth.
+#[derive(Default)]
+struct Block {
+    bins: [Bin; BINS],
+    matter: f64,
+    sun: DVec3,
+    above: DVec3,
+    below: DVec3,
 }
 
-/// What chords are made from.
-pub struct ChordInputs<'a> {
-    /// Sun, albedo, mean cosine.
-    pub frame: &'a FrameUniforms,
-    /// Where the matter lies.
-    pub tables: &'a TableSet,
-    /// What a particle alone scatters.
-    pub scattering: &'a ScatteringTable,
-    /// Phase function.
-    pub phase: PreparedPhase,
-    /// Light around the sun.
-    pub halo: &'a Halo,
-    /// Light that the clouds scatter among themselves.
-    pub field: &'a FieldSeen,
+/// Visible part of a ray in a particle, m.
+struct Span {
+    near: f64,
+    begin: f64,
+    end: f64,
 }
 
 fn vector(v: &[f32]) -> DVec3 {
     DVec3::new(v[0].into(), v[1].into(), v[2].into())
 }
 
-/// Mean depth into a uniform chord from which the light comes that leaves it, as a fraction.
-pub fn mean_scatter_fraction(tau: f64) -> f64 {
-    if tau < 1e-3 { 0.5 - tau / 12.0 } else { 1.0 / tau - 1.0 / tau.exp_m1() }
-}
-
-impl ChordInputs<'_> {
-    /// The chord of a ray from the eye through a particle, up to `far` (m), where there is one.
-    pub fn chord(
-        &self,
-        particle: &Particle,
-        light: &ParticleLight,
-        dir: DVec3,
-        far: f64,
-    ) -> Option<Chord> {
+impl Pixel<'_> {
+    fn span(&self, particle: &Particle) -> Option<Span> {
         let (centre, radius) = (vector(&particle.centre), f64::from(particle.radius));
-        let middle = centre.dot(dir);
-        let half_squared = radius * radius - (centre - middle * dir).length_squared();
-        if half_squared <= 0.0 {
-            return None;
-        }
-        let half = half_squared.sqrt();
-        let near = middle - half;
-        let (begin, end) = (near.max(0.0), (middle + half).min(far));
-        if end <= begin {
-            return None;
-        }
-        let place = |distance: f64| (distance * dir - centre) / radius;
-        let turn = DQuat::from_array(particle.orientation.map(f64::from));
-        let pixels_per_radian =
-            0.5 * f64::from(self.frame.size[0]) / vector(&self.frame.right).length();
-        let profile = self.tables.copied_profile(
-            particle.shape,
-            turn * place(near),
-            turn * place(near + 2.0 * half),
-            copy_for((radius * pixels_per_radian / centre.length().max(radius)) as f32),
-        );
-        let length = 2.0 * half;
-        let optical_depth =
-            f64::from(particle.extinction) * length * f64::from(profile.mean_density);
-        let mut chord = Chord {
-            order: centre.length() - radius,
-            begin,
-            end,
-            near,
-            length,
-            optical_depth,
-            profile,
-            light: ChordLight::default(),
+        let middle = centre.dot(self.dir);
+        let half = radius * radius - (centre - middle * self.dir).length_squared();
+        let half = (half > 0.0).then(|| half.sqrt())?;
+        let span = Span {
+            near: middle - half,
+            begin: (middle - half).max(0.0),
+            end: (middle + half).min(self.far),
         };
-        let visible = optical_depth * (chord.share(end) - chord.share(begin));
-        let places = [near, begin, begin + (end - begin) * mean_scatter_fraction(visible), end];
-        chord.light = self.light(particle, light, dir, places.map(place), visible);
-        Some(chord)
+        (span.end > span.begin).then_some(span)
     }
 
-    /// What lights a chord of visible optical depth `visible`. Places in radii from the centre: where
-    /// the chord enters the particle, where it becomes visible, where it is seen in the mean, where
-    /// it ends.
-    pub fn light(
-        &self,
-        particle: &Particle,
-        light: &ParticleLight,
-        dir: DVec3,
-        [entry, begin, mean, end]: [DVec3; 4],
-        visible: f64,
-    ) -> ChordLight {
-        let sun = vector(&self.frame.sun);
-        let optical_radius = f64::from(particle.optical_radius);
-        let mut own = 0.0;
-        if light.ambient_below[3] > 0.0 {
-            let scale = f64::from(self.frame.delta_scale);
-            let scattered = self.scattering.lookup(entry, dir, sun, optical_radius / scale);
-            own = own_source(scattered, self.phase.eval(sun.dot(dir)), visible, scale);
-        }
-        ChordLight::new(light, &ChordPlaces { begin, mean, end, sun, optical_radius }, own)
+    fn nearest(particle: &Particle) -> f64 {
+        vector(&particle.centre).length() - f64::from(particle.radius)
     }
 
-    /// What all chords of a ray share.
-    pub fn ray(&self, dir: DVec3) -> RayLight<'_> {
-        let sun = vector(&self.frame.sun);
-        let scale = f64::from(self.frame.delta_scale);
-        RayLight {
-            field: self.field,
-            halo: self.halo,
-            dir,
-            half_sine: 0.5 * (dir - sun).length(),
-            halo_share: self.frame.halo_share.into(),
-            first: f64::from(self.frame.albedo) / scale * self.phase.eval(sun.dot(dir)),
-        }
-    }
-}
-
-/// The state of one pixel.
-struct Sweep {
-    // With the share of the chord's matter before the cursor.
-    open: Vec<(Chord, f64)>,
-    cursor: f64,
-    radiance: DVec3,
-    transmittance: f64,
-    distance_sum: f64,
-}
-
-impl Sweep {
-    fn new() -> Self {
-        let (radiance, transmittance) = (DVec3::ZERO, 1.0);
-        Self { open: Vec::new(), cursor: 0.0, radiance, transmittance, distance_sum: 0.0 }
-    }
-
-    /// Light of the piece from the cursor on.
-    fn piece(&self, ray: &RayLight<'_>, next: f64, tau: f64) -> PieceLight {
-        let depth = -self.transmittance.max(1e-30).ln();
-        ray.piece(self.cursor, next, tau, mean_scatter_fraction(tau), depth)
-    }
-
-    /// Adds a piece of the ray from the cursor on.
-    fn add(&mut self, tau: f64, light: DVec3, next: f64) {
-        let opacity = -(-tau).exp_m1();
-        if tau > 0.0 {
-            self.radiance += self.transmittance * opacity / tau * light;
-        }
-        let seen = self.cursor + (next - self.cursor) * mean_scatter_fraction(tau);
-        self.distance_sum += self.transmittance * opacity * seen;
-        self.transmittance *= (-tau).exp();
-        self.cursor = next;
-    }
-
-    fn composed(&self) -> Composed {
-        let opacity = 1.0 - self.transmittance;
-        let distance = if opacity > 0.0 { self.distance_sum / opacity } else { 0.0 };
-        Composed { radiance: self.radiance, transmittance: self.transmittance, distance }
-    }
-
-    fn advance(&mut self, ray: &RayLight<'_>, limit: f64, stop: f64) {
-        while !self.open.is_empty() && self.cursor < limit && self.transmittance > stop {
-            let cursor = self.cursor;
-            let event = |c: &Chord| if c.begin > cursor { c.begin } else { c.end };
-            let next = self.open.iter().fold(limit, |next, (c, _)| next.min(event(c)));
-            let mut pieces = Vec::with_capacity(self.open.len());
-            for (chord, done) in self.open.iter_mut().filter(|(c, _)| c.begin <= cursor) {
-                let share = chord.share(next);
-                pieces.push((*chord, chord.optical_depth * (share - *done).max(0.0)));
-                *done = share;
+    /// Where matter begins after the cursor, and the radius of the smallest particle there (m).
+    fn next(&self, cursor: f64) -> Option<(f64, f64)> {
+        let (mut begin, mut smallest) = (f64::INFINITY, f64::INFINITY);
+        for particle in self.particles {
+            if Self::nearest(particle) >= begin + smallest {
+                break;
             }
-            let tau = pieces.iter().map(|(_, piece)| piece).sum();
-            let lit = self.piece(ray, next, tau);
-            let light = pieces.iter().map(|(c, own)| *own * c.source(&lit, cursor, next)).sum();
-            self.add(tau, light, next);
-            self.open.retain(|(chord, _)| chord.end > next);
+            if let Some(span) = self.span(particle).filter(|span| span.end > cursor) {
+                begin = begin.min(span.begin.max(cursor));
+                smallest = smallest.min(particle.radius.into());
+            }
         }
-        self.cursor = self.cursor.max(limit);
+        begin.is_finite().then_some((begin, smallest))
+    }
+
+    /// Adds what a particle has between `begin` and the end of a block with these steps (m).
+    fn add(&self, block: &mut Block, index: usize, begin: f64, step: f64) {
+        let (particle, light) = (&self.particles[index], &self.lights[index]);
+        let Some(span) = self.span(particle) else { return };
+        let (a, b) = (span.begin.max(begin), span.end.min(begin + BINS as f64 * step));
+        if b <= a {
+            return;
+        }
+        let frame = self.inputs.frame;
+        let (centre, radius) = (vector(&particle.centre), f64::from(particle.radius));
+        let sun = vector(&frame.sun);
+        let scale = f64::from(frame.delta_scale);
+        let place = |t: f64| (t * self.dir - centre) / radius;
+        let optical_radius = f64::from(particle.optical_radius);
+        let depth = |at: DVec3| depth_at(light.sun_front, at) + optical_radius * way_out(at, sun);
+        let first = (a - begin) / step;
+        let last = ((b - begin) / step).max(first + LEAST_PART);
+        let [a_depth, b_depth] = [a, b].map(|t| depth(place(t)));
+        let depth_in = |bins: f64| {
+            let share = ((bins - first) / (last - first)).clamp(0.0, 1.0);
+            a_depth + (b_depth - a_depth) * share
+        };
+        let alone = f64::from(light.ambient_below[3]);
+        let mut own = 0.0;
+        if alone > 0.0 {
+            let entry = place(span.near);
+            let scattered =
+                self.inputs.scattering.lookup(entry, self.dir, sun, optical_radius / scale);
+            let visible = optical_radius * (span.end - span.begin) / radius;
+            let phase = self.inputs.phase.eval(sun.dot(self.dir));
+            let middle = 0.5 * (place(a) + place(b));
+            own = alone
+                * own_source(scattered, phase, visible, scale)
+                * (-depth_at(light.sun_front, middle)).exp();
+        }
+        let turn = DQuat::from_array(particle.orientation.map(f64::from));
+        let pixels_per_radian = 0.5 * f64::from(frame.size[0]) / vector(&frame.right).length();
+        let copy = copy_for((radius * pixels_per_radian / centre.length().max(radius)) as f32);
+        for (i, bin) in block.bins.iter_mut().enumerate() {
+            let [from, to] = [first, last].map(|t| t.clamp(i as f64, i as f64 + 1.0));
+            if to <= from {
+                continue;
+            }
+            let at = turn * place(begin + step * 0.5 * (from + to));
+            let density = self.inputs.tables.density(particle.shape, at, copy);
+            let tau = f64::from(particle.extinction) * step * (to - from) * density;
+            let crowded = tau * (1.0 - alone);
+            bin.tau += tau;
+            bin.crowded += crowded;
+            bin.front += crowded * (-depth_in(from)).exp();
+            bin.back += crowded * (-depth_in(to)).exp();
+            bin.own += own * tau;
+            block.matter += tau;
+            block.sun += tau * vector(&light.sun_irradiance);
+            block.above += tau * vector(&light.ambient_above);
+            block.below += tau * vector(&light.ambient_below);
+        }
     }
 }
 
-/// Composes chords in the order of the list with at most `pending` open at a time; a pixel is
-/// finished below the transmittance `stop`.
-pub fn compose(chords: &[Chord], ray: &RayLight<'_>, pending: usize, stop: f64) -> Composed {
-    let mut sweep = Sweep::new();
-    for chord in chords {
-        sweep.advance(ray, chord.order, stop);
-        if sweep.open.len() == pending {
-            let first_end = sweep.open.iter().fold(f64::INFINITY, |e, (c, _)| e.min(c.end));
-            sweep.advance(ray, first_end, stop);
+/// Composes a pixel with `steps` bins in a radius of the smallest particle; it is finished below the
+/// transmittance `stop`.
+pub fn compose(pixel: &Pixel<'_>, steps: u32, stop: f64) -> Composed {
+    let ray = pixel.inputs.ray(pixel.dir);
+    let mut sum = Composed { radiance: DVec3::ZERO, transmittance: 1.0, distance: 0.0 };
+    let mut cursor = 0.0;
+    while let Some((begin, smallest)) = pixel.next(cursor) {
+        let step = (smallest / f64::from(steps)).max(LEAST_STEP * begin);
+        let end = begin + BINS as f64 * step;
+        let mut block = Block::default();
+        for (index, particle) in pixel.particles.iter().enumerate() {
+            if Pixel::nearest(particle) >= end {
+                break;
+            }
+            pixel.add(&mut block, index, begin, step);
         }
-        if sweep.transmittance <= stop {
+        if block.matter > 0.0 {
+            compose_block(&ray, &block, begin, end, &mut sum);
+        }
+        if sum.transmittance <= stop {
             break;
         }
-        let done = chord.share(chord.begin);
-        let begin = chord.begin.max(sweep.cursor);
-        // As the shader: matter that lies behind the cursor is put just before it.
-        let end = chord.end.max(begin + 1e-5 * begin.max(1.0));
-        sweep.open.push((Chord { begin, end, ..*chord }, done));
+        cursor = end;
     }
-    sweep.advance(ray, f64::INFINITY, stop);
-    sweep.composed()
+    let opacity = 1.0 - sum.transmittance;
+    sum.distance = if opacity > 0.0 { sum.distance / opacity } else { 0.0 };
+    sum
 }
 
-/// Steps that a piece between two events is cut into. Within a step the chords' matter counts as
-/// mixed evenly; with uniform particles it is, with noise shapes the error falls with the square
-/// of the steps.
-pub const STEPS: u32 = 32;
-
-/// Composes all chords, in small steps of every piece between two events, to the end.
-pub fn compose_exactly(chords: &[Chord], ray: &RayLight<'_>) -> Composed {
-    let mut events: Vec<f64> = chords.iter().flat_map(|c| [c.begin, c.end]).collect();
-    events.sort_by(f64::total_cmp);
-    let mut sweep = Sweep::new();
-    for piece in events.windows(2) {
-        let [from, to] = [piece[0], piece[1]];
-        let mut open: Vec<_> = chords
-            .iter()
-            .filter(|c| c.begin <= from && c.end >= to && to > from)
-            .map(|c| (c, c.share(from)))
-            .collect();
-        sweep.cursor = from;
-        for step in 1..=STEPS {
-            let next = from + (to - from) * f64::from(step) / f64::from(STEPS);
-            let mut pieces = Vec::with_capacity(open.len());
-            for (chord, done) in &mut open {
-                let share = chord.share(next);
-                let own = chord.optical_depth * (share - *done).max(0.0);
-                *done = share;
-                pieces.push((**chord, own));
-            }
-            let tau = pieces.iter().map(|(_, own)| own).sum();
-            let from = sweep.cursor;
-            let lit = sweep.piece(ray, next, tau);
-            let light = pieces.iter().map(|(c, own)| *own * c.source(&lit, from, next)).sum();
-            sweep.add(tau, light, next);
-        }
+fn compose_block(ray: &RayLight<'_>, block: &Block, begin: f64, end: f64, sum: &mut Composed) {
+    let [near, far] = [begin, end].map(|t| ray.field.at(t * ray.dir));
+    let path = ray.halo_share * (0.5 * (near.w + far.w) - sum.transmittance.max(DARK).ln());
+    let once = ray.first * ray.halo.factor(ray.half_sine, path);
+    let (mut sunlight, mut above, mut below) = (0.0, 0.0, 0.0);
+    for (i, bin) in block.bins.iter().enumerate().filter(|(_, bin)| bin.tau > 0.0) {
+        let opacity = -(-bin.tau).exp_m1();
+        let fall = (bin.front.max(DARK) / bin.back.max(DARK)).ln();
+        let lit = once * bin.front * mean_sunlight(0.0, fall, bin.tau);
+        let share = (i as f64 + mean_scatter_fraction(bin.tau)) / BINS as f64;
+        let seen = near.lerp(far, share);
+        let weight = sum.transmittance * opacity / bin.tau;
+        sunlight += weight * (lit + seen.x * bin.crowded + bin.own);
+        above += weight * bin.tau * seen.y;
+        below += weight * bin.tau * (seen.z - seen.y);
+        sum.distance += weight * bin.tau * (begin + (end - begin) * share);
+        sum.transmittance *= (-bin.tau).exp();
     }
-    sweep.composed()
+    sum.radiance +=
+        (sunlight * block.sun + above * block.above + below * block.below) / block.matter;
 }

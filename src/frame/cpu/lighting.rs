@@ -71,9 +71,14 @@ pub struct ChordLight {
     pub below: DVec3,
     /// Source of the share that is alone in sunlight.
     pub own: DVec3,
-    /// Scaled optical depth to the sun where the chord becomes visible and where it ends; linear in
-    /// between.
-    pub depth: [f64; 2],
+    /// Depth to the sun through the others, as [`ParticleLight::sun_front`] has it.
+    pub front: [f32; 4],
+    /// Where the chord becomes visible and where it ends.
+    pub ends: [DVec3; 2],
+    /// Towards the sun.
+    pub towards: DVec3,
+    /// Scaled, of the particle.
+    pub optical_radius: f64,
 }
 
 /// What a chord's light is made of.
@@ -102,17 +107,17 @@ impl ChordLight {
             above: colour(light.ambient_above),
             below: colour(light.ambient_below),
             own: alone * own * (-front).exp() * sun,
-            depth: [places.begin, places.end].map(|place| {
-                depth_at(light.sun_front, place)
-                    + places.optical_radius * way_out(place, places.sun)
-            }),
+            front: light.sun_front,
+            ends: [places.begin, places.end],
+            towards: places.sun,
+            optical_radius: places.optical_radius,
         }
     }
 
-    /// Depth to the sun at a share of the chord's visible length.
+    /// Scaled optical depth to the sun at a share of the chord's visible length.
     fn depth_at(&self, share: f64) -> f64 {
-        let [begin, end] = self.depth;
-        (begin + (end - begin) * share).max(0.0)
+        let place = self.ends[0].lerp(self.ends[1], share);
+        depth_at(self.front, place) + self.optical_radius * way_out(place, self.towards)
     }
 }
 

@@ -11,6 +11,7 @@ pub mod noise;
 pub mod rings;
 pub mod scan;
 pub mod screen_project;
+pub mod segments;
 pub mod shadow;
 pub mod sky;
 pub mod sky_march;

@@ -2,8 +2,8 @@ use bytemuck::Zeroable;
 use glam::{DQuat, DVec4};
 
 use super::*;
-use crate::frame::cpu::blend::{compose, compose_exactly};
 use crate::frame::cpu::light_grid::FieldSeen;
+use crate::frame::cpu::segments::{compose, compose_exactly};
 use crate::frame::gpu_data::{FrameUniforms, GridLevel, LightGridUniforms};
 use crate::medium::{Halo, Phase, Truncation};
 use crate::reference::Random;

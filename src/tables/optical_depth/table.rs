@@ -99,6 +99,12 @@ impl OpticalDepthTable {
         ChordProfile::march(&self.volumes[copy], entry.as_vec3(), exit.as_vec3())
     }
 
+    /// Density at a place, or in a filtered copy.
+    pub fn density(&self, place: DVec3, copy: usize) -> f64 {
+        let copy = copy.min(self.volumes.len() - 1);
+        self.volumes[copy].density(place.as_vec3()).into()
+    }
+
     /// The quick answer, from the 4D table.
     pub fn step(&self, entry: DVec3, exit: DVec3) -> ChordStep {
         let place = HemisphereDisc.place(entry, exit);

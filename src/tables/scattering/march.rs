@@ -36,7 +36,7 @@ pub fn single_source(geometry: &Geometry, optical_radius: f64) -> f64 {
         let u = piece as f64 / PIECES as f64;
         // Even at both ends in the root of the distance, which takes the root out of the sun's path.
         let x = u * u * (3.0 - 2.0 * u);
-        let fraction = x / (crowding - (crowding - 1.0) * x);
+        let fraction = x / (crowding * (1.0 - x) + x);
         let t = chord * fraction;
         let along = height + t * climb;
         let inside = t * (chord - t).max(0.0);
