@@ -77,6 +77,39 @@ fn numbers<T: Copy, const N: usize>(option: &str, values: &[T]) -> Result<[T; N]
     })
 }
 
+/// What the library calls a thing that it refuses, and the option that it came from.
+const OPTIONS: [(&str, &str); 9] = [
+    ("nodes of the disc", "--disc"),
+    ("nodes of the direction", "--direction"),
+    ("rays per cell", "--rays"),
+    ("iterations", "--iterations"),
+    ("albedo", "--albedo"),
+    ("scattering resolution", "--scattering"),
+    ("optical radius range", "--optical-radius"),
+    ("scattering remainder", "--remainder"),
+    ("shape", "--shapes"),
+];
+
+/// The same refusal with the name of the option.
+fn named(error: Error) -> Error {
+    let Error::Input { place, message } = error else { return error };
+    let known =
+        OPTIONS.iter().find_map(|(thing, option)| Some((option, place.strip_prefix(thing)?)));
+    match known {
+        Some((option, rest)) => Error::input(format!("{option}{rest}"), message),
+        None => Error::Input { place, message },
+    }
+}
+
+/// Refuses a value that a list holds twice.
+fn distinct<T: ToString>(option: &str, values: &[T]) -> Result<()> {
+    let mut seen = std::collections::HashSet::new();
+    match values.iter().map(ToString::to_string).find(|value| !seen.insert(value.clone())) {
+        Some(value) => Err(Error::input(option, format!("expected {value} once, found it twice"))),
+        None => Ok(()),
+    }
+}
+
 /// Runs the command.
 pub fn run(args: &BakeArgs) -> Result<()> {
     // Before minutes of computing, not after them.
@@ -87,6 +120,8 @@ pub fn run(args: &BakeArgs) -> Result<()> {
             .build_global()
             .map_err(|e| Error::input("--threads", e.to_string()))?;
     }
+    distinct("--shapes", &args.shapes)?;
+    distinct("--phase", &args.phase)?;
     let start = Instant::now();
     let options = BakeOptions {
         shapes: args.shapes.clone(),
@@ -108,6 +143,6 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     let bar = StageBar::new();
     let baked = TableSet::bake_to(&args.out, &options, &bar);
     drop(bar);
-    baked?;
+    baked.map_err(named)?;
     print(&format!("{} in {:.1} s", args.out.display(), start.elapsed().as_secs_f64()))
 }

@@ -29,6 +29,8 @@ pub struct Setup<'a> {
     pub gpu: &'a Gpu,
     /// The tables, with the scene's medium.
     pub tables: &'a TableSet,
+    /// Those of variants that name others.
+    pub more_tables: &'a [TableSet],
     /// Pixels.
     pub size: [u32; 2],
     /// Where errors of algorithms are measured: the exact compositor takes long.
@@ -38,6 +40,13 @@ pub struct Setup<'a> {
     /// Whether marches with sun rays are measured by their limit, which takes as long as many
     /// frames.
     pub march_limit: bool,
+}
+
+impl<'a> Setup<'a> {
+    /// The tables of a variant.
+    fn tables_of(&self, variant: &Variant) -> &'a TableSet {
+        variant.tables.and_then(|index| self.more_tables.get(index)).unwrap_or(self.tables)
+    }
 }
 
 /// A scene with what is known of its true picture at time 0.
@@ -141,13 +150,14 @@ fn renderer_for<'r>(
     variant: &Variant,
     renderers: &'r mut Vec<(Variant, Subject)>,
 ) -> Result<&'r mut Subject> {
-    let shared = |made: &Variant| made.quality == variant.quality;
+    let shared = |made: &Variant| made.quality == variant.quality && made.tables == variant.tables;
     if !renderers.iter().any(|(made, _)| shared(made)) {
         // Each holds a hundred MiB: only that of the marches and knobs is wanted again.
         let high = Preset::High.quality();
-        renderers.retain(|(made, _)| made.quality == high);
+        renderers.retain(|(made, _)| made.quality == high && made.tables.is_none());
         let settings = RenderSettings { quality: Some(variant.quality), ..Default::default() };
-        let made = Subject::new(setup.gpu, setup.tables, scene, &settings, &variant.name)?;
+        let made =
+            Subject::new(setup.gpu, setup.tables_of(variant), scene, &settings, &variant.name)?;
         renderers.push((variant.clone(), made));
     }
     let Some((_, subject)) = renderers.iter_mut().find(|(made, _)| shared(made)) else {
@@ -184,8 +194,8 @@ fn exact_for<'e>(
         None => {
             let (size, quality) = (setup.size, &variant.quality);
             let (renderer, window) = (&subject.renderer, setup.window);
-            let pixels =
-                exact_frame(renderer, scene, setup.tables, quality, size, window, &mut || {})?;
+            let tables = setup.tables_of(variant);
+            let pixels = exact_frame(renderer, scene, tables, quality, size, window, &mut || {})?;
             exacts.push((variant.clone(), of_exact(window.size, &pixels)));
             exacts.len() - 1
         }

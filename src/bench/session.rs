@@ -45,6 +45,8 @@ pub struct Order {
     pub spp: Option<u32>,
     /// The table file, or "embedded".
     pub tables: String,
+    /// Further tables by name, each a point of run time against error.
+    pub more_tables: Vec<(String, TableSet)>,
 }
 
 /// Hears of the work.
@@ -154,11 +156,13 @@ impl Order {
     ) -> Result<Vec<Curve>> {
         let size = self.error_size();
         let scenes = self.curve_scenes()?;
-        let all = variants(self.quick, &self.set);
+        let (names, more_tables): (Vec<_>, Vec<_>) = self.more_tables.iter().cloned().unzip();
+        let all = variants(self.quick, &self.set, &names);
         listener.begin((scenes.len() * all.len()) as u64, "points");
         let setup = Setup {
             gpu,
             tables,
+            more_tables: &more_tables,
             size,
             window: if self.quick { Window::middle(size) } else { Window::whole(size) },
             frames: self.flight.frames.min(MOST_CURVE_FRAMES),

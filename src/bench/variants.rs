@@ -79,6 +79,8 @@ pub struct Variant {
     pub scale: f64,
     /// Marched in place of blended.
     pub march: Option<MarchSettings>,
+    /// Which of the further table files, in place of the tables that all others take.
+    pub tables: Option<usize>,
 }
 
 impl Variant {
@@ -90,6 +92,7 @@ impl Variant {
             quality: preset.quality(),
             scale: 1.0,
             march: None,
+            tables: None,
         };
         set.iter().fold(variant, |variant, setting| variant.with(*setting))
     }
@@ -116,6 +119,7 @@ impl Variant {
     pub fn lights_like(&self, other: &Self) -> bool {
         self.quality.light_samples == other.quality.light_samples
             && self.quality.grid == other.quality.grid
+            && self.tables == other.tables
     }
 }
 
@@ -135,9 +139,9 @@ const KNOBS: [&str; 12] = [
     "scale=0.5",
 ];
 
-/// Everything that is set on the plot of run time against error. `quick`: presets, one knob, and
-/// three marchers of each kind.
-pub fn variants(quick: bool, set: &[Setting]) -> Vec<Variant> {
+/// Everything that is set on the plot of run time against error. `tables`: names of further table
+/// files; `quick`: presets, one knob, and three marchers of each kind.
+pub fn variants(quick: bool, set: &[Setting], tables: &[String]) -> Vec<Variant> {
     let mut all: Vec<_> =
         Preset::ALL.into_iter().map(|preset| Variant::preset(preset, set)).collect();
     let high = Variant::preset(Preset::High, set);
@@ -146,6 +150,12 @@ pub fn variants(quick: bool, set: &[Setting]) -> Vec<Variant> {
         name: format!("high {setting}"),
         kind: PointKind::Knob,
         ..high.clone().with(setting)
+    }));
+    all.extend(tables.iter().enumerate().map(|(index, name)| Variant {
+        name: format!("high {name}"),
+        kind: PointKind::Knob,
+        tables: Some(index),
+        ..high.clone()
     }));
     for (light, kind) in
         [(MarchLight::Frame, PointKind::ViewMarch), (MarchLight::SunRays, PointKind::March)]
@@ -188,12 +198,13 @@ mod tests {
     #[test]
     fn names_are_distinct() {
         for quick in [false, true] {
-            let all = variants(quick, &[]);
+            let all = variants(quick, &[], &["small.safetensors".to_owned()]);
             let mut names: Vec<_> = all.iter().map(|v| &v.name).collect();
             names.sort();
             names.dedup();
             assert_eq!(names.len(), all.len());
             assert!(all.iter().any(|v| v.name == "march-128" && v.march.is_some()));
+            assert!(all.iter().any(|v| v.name == "high small.safetensors" && v.tables == Some(0)));
             assert!(all.iter().any(|v| v.name == "view-march-8"));
         }
         assert_eq!(Variant::preset(Preset::Low, &[]).size([3, 1]), [3, 1]);

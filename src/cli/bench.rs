@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::frame::Preset;
 use crate::gpu::Gpu;
 use crate::output::{check_file, check_folder, write_atomically};
+use crate::tables::TableSet;
 
 /// Arguments of `cumuli bench`.
 #[derive(Args, Debug)]
@@ -58,13 +59,16 @@ pub struct BenchArgs {
     /// Table file made by precompute; without it, the built-in tables
     #[arg(long, value_name = "FILE")]
     pub tables: Option<PathBuf>,
+    /// Another table file with the same shapes, a point of run time against error; may be given again
+    #[arg(long, value_name = "FILE")]
+    pub more_tables: Vec<PathBuf>,
     /// Make the table of presets between the marks of this file anew
     #[arg(long, value_name = "FILE")]
     pub readme: Option<PathBuf>,
     /// Measure nothing, but set one bench.json against another: ratios with their noise
     #[arg(long, value_names = ["OLD.json", "NEW.json"], num_args = 2,
         conflicts_with_all = ["scene", "preset", "size", "warmup", "frames", "quick", "against",
-            "set", "spp", "tables", "readme"])]
+            "set", "spp", "tables", "more_tables", "readme"])]
     pub compare: Option<Vec<PathBuf>>,
 }
 
@@ -100,9 +104,14 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     }
     check_folder(&args.out)?;
     let readme = args.readme.as_deref().map(|path| read(path, "a text")).transpose()?;
-    let order = order(args)?;
+    let mut order = order(args)?;
     let tables = engine::tables_of(args.tables.as_deref())?;
     let tables = tables_for(&order.scenes, tables, &StageBar::new())?;
+    for path in &args.more_tables {
+        let more = more_tables(path, &tables)?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        order.more_tables.push((name, tables_for(&order.scenes, more, &StageBar::new())?));
+    }
     let gpu = Gpu::headless()?;
     let mut bar = Bar::default();
     let bench = order.run(&gpu, &tables, &mut bar);
@@ -157,7 +166,19 @@ fn order(args: &BenchArgs) -> Result<Order> {
         references: args.references.clone(),
         spp: args.spp,
         tables: tables_name(args.tables.as_deref())?,
+        more_tables: Vec::new(),
     })
+}
+
+/// Tables to compare with others. They must hold the same shapes: clouds take all that there are.
+fn more_tables(path: &Path, others: &TableSet) -> Result<TableSet> {
+    let tables = TableSet::load(path)?;
+    if !tables.shape_names().eq(others.shape_names()) {
+        let names = others.shape_names().collect::<Vec<_>>().join(", ");
+        let message = format!("expected tables of the shapes {names}, in this order");
+        return Err(Error::input(format!("--more-tables {}", path.display()), message));
+    }
+    Ok(tables)
 }
 
 fn write(folder: &Path, bench: &Bench) -> Result<()> {

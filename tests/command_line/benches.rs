@@ -145,9 +145,11 @@ fn a_quick_bench_writes_what_the_schema_says() {
 #[test]
 fn scenes_of_ones_own_and_presets_in_turn() {
     let place = Place::new();
+    let tables = cumuli::tables::TableSet::embedded().expect("the built-in tables");
+    tables.save(&place.path("same.safetensors")).expect("saved");
     let run = place.works(
         "bench --quick --size 32x18 --frames 3 --scene small.toml --preset low --against high \
-         --set pending=3 --spp 2 --out b",
+         --set pending=3 --spp 2 --more-tables same.safetensors --out b",
     );
     let bench = json(&place, "b/bench.json");
     let runs = bench["runs"].as_array().expect("runs");
@@ -161,6 +163,10 @@ fn scenes_of_ones_own_and_presets_in_turn() {
     assert_eq!(bench["curves"][0]["reference"], "traced with 2 paths a pixel");
     let model = &bench["curves"][0]["points"][0]["model"];
     assert!(model["rel_mse_of_noise"].as_f64().is_some_and(|e| e > 0.0), "{model}");
+    // Tables that are the same make the same picture.
+    let points = bench["curves"][0]["points"].as_array().expect("points");
+    let error = |name: &str| &points.iter().find(|p| p["name"] == name).expect(name)["model"];
+    assert_eq!(error("high same.safetensors"), error("high"));
     let walls = bench["against"].as_array().expect("ratios");
     assert_eq!(walls.iter().filter(|r| r["what"] == "wall").count(), 2);
     assert!(run.out.contains("ratios="), "{}", run.out);
@@ -180,6 +186,7 @@ fn what_cannot_be_measured_is_refused() {
         ("bench --preset low --preset low", ["--preset", "twice"]),
         ("bench --out small.toml", ["small.toml", "expected a folder"]),
         ("bench --readme none.md", ["none.md", "cannot be read"]),
+        ("bench --more-tables small.toml", ["small.toml", "table"]),
     ] {
         assert_sentence(&place.refuses(arguments), &parts);
     }

@@ -1,4 +1,5 @@
-//! What a shape lets through, from several sides: exact, by its table, and the difference.
+//! What a shape lets through, from several sides: exact, by the march that the eye takes, by the 4D
+//! table that light takes, and the differences.
 
 use cumuli::Result;
 use cumuli::medium::Shape;
@@ -26,10 +27,11 @@ const PARTS: [(&str, f64); 2] = [("whole chords", 1.0), ("nearer half of each ch
 
 const SIDE: u32 = 170;
 const GAP: u32 = 10;
-const LEFT: u32 = 150;
+const LEFT: u32 = 170;
 const TOP: u32 = 70;
-/// Rows of a part: exact, table, difference; and a line of words.
-const BLOCK: u32 = 3 * (SIDE + GAP) + 40;
+/// Rows of a part, and a line of words.
+const ROWS: [&str; 5] = ["exact", "march (eye)", "difference", "4D table (light)", "difference"];
+const BLOCK: u32 = ROWS.len() as u32 * (SIDE + GAP) + 40;
 
 /// The picture of one shape.
 pub fn picture(tables: &TableSet, index: u32, shape: &Shape) -> Result<Canvas> {
@@ -44,15 +46,17 @@ pub fn picture(tables: &TableSet, index: u32, shape: &Shape) -> Result<Canvas> {
     canvas.text(&title, [GAP, 10], 22)?;
     for (block, (part, to)) in PARTS.into_iter().enumerate() {
         let top = TOP + block as u32 * BLOCK;
-        let rows = ["exact", "table", "difference"];
-        for (row, label) in rows.into_iter().enumerate() {
+        for (row, label) in ROWS.into_iter().enumerate() {
             let y = top + row as u32 * (SIDE + GAP) + SIDE / 2;
             canvas.text(label, [GAP, y], 18)?;
         }
         canvas.text("black 0, white 1", [GAP, top + SIDE / 2 + 24], 14)?;
         let colours = format!("red +{FULL_COLOUR}, blue -{FULL_COLOUR}");
-        canvas.text(&colours, [GAP, top + 2 * (SIDE + GAP) + SIDE / 2 + 24], 14)?;
-        canvas.text(part, [LEFT, top - 24], 16)?;
+        for row in [2, 4] {
+            canvas.text(&colours, [GAP, top + row * (SIDE + GAP) + SIDE / 2 + 24], 14)?;
+        }
+        let part = format!("{part}; below, RMS errors of march and 4D table");
+        canvas.text(&part, [LEFT, top - 24], 16)?;
         for (column, (side, dir)) in SIDES.into_iter().enumerate() {
             let view = View { tables, index, shape, extinction, dir: dir.normalize(), to };
             let x = LEFT + column as u32 * (SIDE + GAP);
@@ -64,13 +68,18 @@ pub fn picture(tables: &TableSet, index: u32, shape: &Shape) -> Result<Canvas> {
                 found.get(index(-v) * SIDE as usize + index(u)).copied().flatten()
             };
             let outside = [0.9, 0.9, 0.95];
-            canvas.fill(tile(0), 1, |u, v| at(u, v).map_or(outside, |[exact, _]| grey(exact)));
-            canvas.fill(tile(1), 1, |u, v| at(u, v).map_or(outside, |[_, table]| grey(table)));
-            canvas.fill(tile(2), 1, |u, v| {
-                at(u, v).map_or(outside, |[exact, table]| signed((table - exact) / FULL_COLOUR))
-            });
-            let words = format!("{side}: RMS {:.4}", rms(&found));
-            canvas.text(&words, [x, top + 3 * (SIDE + GAP) - 4], 14)?;
+            canvas.fill(tile(0), 1, |u, v| at(u, v).map_or(outside, |found| grey(found[0])));
+            for (way, row) in [(1, 1), (2, 3)] {
+                canvas
+                    .fill(tile(row), 1, |u, v| at(u, v).map_or(outside, |found| grey(found[way])));
+                canvas.fill(tile(row + 1), 1, |u, v| {
+                    let difference =
+                        |found: [f64; 3]| signed((found[way] - found[0]) / FULL_COLOUR);
+                    at(u, v).map_or(outside, difference)
+                });
+            }
+            let words = format!("{side}: {:.4}, {:.4}", rms(&found, 1), rms(&found, 2));
+            canvas.text(&words, [x, top + ROWS.len() as u32 * (SIDE + GAP) - 4], 14)?;
         }
     }
     Ok(canvas)
@@ -87,8 +96,8 @@ struct View<'a> {
 }
 
 impl View<'_> {
-    /// Transmittance exact and by the table; none beside the sphere.
-    fn both(&self, u: f64, v: f64) -> Option<[f64; 2]> {
+    /// Transmittance exact, by the march, and by the 4D table; none beside the sphere.
+    fn all(&self, u: f64, v: f64) -> Option<[f64; 3]> {
         let half = (1.0 - u * u - v * v).max(0.0).sqrt();
         if half <= 0.0 {
             return None;
@@ -100,24 +109,27 @@ impl View<'_> {
         self.shape.segment_means(entry, entry.lerp(exit, self.to), &mut mean);
         let exact = 0.5 * (mean[0] + mean[1]) * self.to;
         let profile = self.tables.chord_profile(self.index, entry, exit);
-        let table = f64::from(profile.mean_density) * f64::from(profile.fraction(self.to as f32));
-        Some([exact, table].map(|matter| (-2.0 * half * self.extinction * matter).exp()))
+        let step = self.tables.chord_step(self.index, entry, exit);
+        let to = self.to as f32;
+        let march = f64::from(profile.mean_density) * f64::from(profile.fraction(to));
+        let table = f64::from(step.mean_density) * f64::from(step.fraction(to));
+        Some([exact, march, table].map(|matter| (-2.0 * half * self.extinction * matter).exp()))
     }
 
-    /// Both for every pixel of a tile, row by row from the top.
-    fn grid(&self) -> Vec<Option<[f64; 2]>> {
+    /// All for every pixel of a tile, row by row from the top.
+    fn grid(&self) -> Vec<Option<[f64; 3]>> {
         let side = SIDE as usize;
         let place = |i: usize| 2.0 * (i as f64 + 0.5) / side as f64 - 1.0;
         let pixels = (0..side * side).into_par_iter();
-        pixels.map(|i| self.both(place(i % side), -place(i / side))).collect()
+        pixels.map(|i| self.all(place(i % side), -place(i / side))).collect()
     }
 }
 
-/// Root mean square of the difference over the disc.
-fn rms(found: &[Option<[f64; 2]>]) -> f64 {
+/// Root mean square over the disc of what a way differs by.
+fn rms(found: &[Option<[f64; 3]>], way: usize) -> f64 {
     let all = found.iter().flatten();
-    let (sum, count) = all.fold((0.0, 0.0), |(sum, count), [exact, table]| {
-        (sum + (table - exact).powi(2), count + 1.0)
+    let (sum, count) = all.fold((0.0, 0.0), |(sum, count), found| {
+        (sum + (found[way] - found[0]).powi(2), count + 1.0)
     });
     f64::sqrt(sum / f64::max(count, 1.0))
 }

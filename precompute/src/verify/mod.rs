@@ -167,6 +167,7 @@ fn check(tables: &TableSet, gpu: Option<&Gpu>, effort: &Effort) -> Result<Vec<Ro
         bar.advance(1);
     }
     rows.extend(order::escape_rows(tables)?);
+    rows.extend(order::critical_rows(tables));
     for table in tables.scattering() {
         let medium = medium(table);
         let radii = effort.energy_radii(table).len() as u64;

@@ -1,4 +1,5 @@
-//! Order 1 against a quadrature in f64, and escape from the uniform sphere against its closed form.
+//! Order 1 against a quadrature in f64, escape from the uniform sphere against its closed form, and
+//! the fall of the orders against critical spheres.
 
 use cumuli::Result;
 use cumuli::medium::Phase;
@@ -88,6 +89,30 @@ pub fn escape_rows(tables: &TableSet) -> Result<Vec<Row>> {
         Row::relative(name, escape(optical_radius), got, ESCAPE)
     };
     Ok([1e-3, 0.5, 1.0, 2.0, 5.0, 14.0].map(row).to_vec())
+}
+
+/// Tolerance of the solver in the critical spheres: the part of the light that lies beyond order 1 is
+/// to be right to 0.2 % as the balance of energy is.
+const CRITICAL_SPHERE: f64 = 0.002;
+
+/// Fall of the orders and profile of the light in spheres that others have solved, by the solver of
+/// this program; for files with media that such a solver has made.
+pub fn critical_rows(tables: &TableSet) -> Vec<Row> {
+    use cumuli::tables::scattering::bake::critical::{CRITICAL, order_ratio};
+    let cases = if tables.scattering().is_empty() { &[] } else { &CRITICAL[..] };
+    let rows = cases.iter().flat_map(|case| {
+        let (ratio, profile) = order_ratio(case.optical_radius);
+        let place = format!("critical sphere, optical radius {:.4}", case.optical_radius);
+        let name = format!("ratio of orders, the solver, {place}");
+        let first = Row::relative(name, 1.0 / case.secondaries, ratio, CRITICAL_SPHERE);
+        let profile = ["1/4", "1/2", "3/4"].into_iter().zip(case.profile).zip(profile);
+        let profile = profile.map(|((at, expected), got)| {
+            let name = format!("mean intensity at {at} of the radius, the solver, {place}");
+            Row::absolute(name, expected, got, CRITICAL_SPHERE)
+        });
+        std::iter::once(first).chain(profile.collect::<Vec<_>>())
+    });
+    rows.collect()
 }
 
 /// Case, de Hoffmann and Placzek's closed form; it cancels for thin spheres, where a series serves.

@@ -33,6 +33,7 @@
 //! on the directions near the horizon in place of all (raw energy of grazing chords off by 4 % in
 //! place of 0.8 %).
 
+pub mod critical;
 mod diffusion;
 mod fixed_point;
 mod furnace;
