@@ -24,6 +24,9 @@ pub struct Beyond {
 /// Sets one value of a scene.
 type Set = fn(&mut Scene, f64);
 
+/// Sets a whole number of a field.
+type SetField = fn(&mut CloudField);
+
 fn clouds(scene: &mut Scene) -> &mut CloudField {
     scene.clouds.get_or_insert_with(CloudField::default)
 }
@@ -61,7 +64,7 @@ const FIELDS: &[(&str, Set, f64)] = &[
 ];
 
 /// Whole numbers of the field out of range.
-const WHOLE: &[(&str, fn(&mut CloudField))] = &[
+const WHOLE: &[(&str, SetField)] = &[
     ("clouds.cells", |c| c.cells = 0),
     ("clouds.cells", |c| c.cells = 3),
     ("clouds.cells", |c| c.cells = u32::MAX),

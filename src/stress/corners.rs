@@ -35,12 +35,12 @@ fn space(eye: DVec3, particles: Vec<ParticleSpec>) -> Scene {
 
 /// Overlapping particles of both kinds around a point.
 fn clump(origin: DVec3) -> Scene {
-    let particles = (0..12)
-        .map(|i| {
-            let i = f64::from(i);
+    let particles = (0..12u32)
+        .map(|number| {
+            let i = f64::from(number);
             let (sin, cos) = (2.399963 * i).sin_cos(); // the golden angle, rad
             let centre = 25.0 * i.sqrt() * DVec3::new(cos, 0.4 * (1.7 * i).sin(), sin);
-            let shape = if i as u32 % 2 == 0 { NOISE } else { "uniform" };
+            let shape = if number.is_multiple_of(2) { NOISE } else { "uniform" };
             particle(origin + centre, 40.0 + 30.0 * (0.37 * i).fract(), 0.03, shape)
         })
         .collect();

@@ -120,8 +120,8 @@ impl Damage {
             }
             // A digit in place of another: values change, the form stays.
             7 | 8 => {
-                let digits = input.iter().enumerate().skip(at).take(200);
-                if let Some((i, _)) = digits.filter(|(_, b)| b.is_ascii_digit()).next() {
+                let mut digits = input.iter().enumerate().skip(at).take(200);
+                if let Some((i, _)) = digits.find(|(_, b)| b.is_ascii_digit()) {
                     input[i] = b'0' + self.below(10) as u8;
                 }
             }
