@@ -10,6 +10,7 @@ pub mod medium;
 pub mod output;
 pub mod reference;
 pub mod scene;
+pub mod stress;
 pub mod tables;
 #[cfg(feature = "window")]
 pub mod window;

@@ -7,7 +7,6 @@ mod bake;
 mod compare;
 mod info;
 mod plot;
-mod rays;
 mod sample;
 mod verify;
 

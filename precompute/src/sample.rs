@@ -7,11 +7,11 @@ use clap::Args;
 use cumuli::gpu::Gpu;
 use cumuli::medium::Phase;
 use cumuli::tables::sample::Sampler;
-use cumuli::tables::{ScatteringTable, TableSet};
+use cumuli::tables::{ScatteringTable, TableSet, rays};
 use cumuli::{Error, Result};
 use rayon::prelude::*;
 
-use crate::{print, rays};
+use crate::print;
 
 /// Arguments of `precompute sample`.
 #[derive(Args, Debug)]

@@ -107,14 +107,6 @@ fn occupied() -> f32 {
     return sum;
 }
 
-#ifdef LIT
-// Optical depth to the sun from a place of the ray in a particle.
-fn depth_to_sun(lit: ParticleLight, particle: Particle, distance: f32) -> f32 {
-    let place = (distance * view - particle.centre) / particle.radius;
-    return depth_at(lit.sun_front, place) + particle.optical_radius * way_out(place, frame.sun.xyz);
-}
-#endif
-
 #ifndef LIT
 // Optical depth from a point to the sun.
 fn depth_to_sun(point: vec3<f32>) -> f32 {
@@ -251,10 +243,8 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
 #ifdef LIT
                 let lit = lights[index];
                 let alone = lit.ambient_below.w;
-                // The frame's light goes evenly from one end of a chord to the other.
-                let begin_depth = depth_to_sun(lit, particle, part.x);
-                let end_depth = depth_to_sun(lit, particle, part.y);
-                let depth = mix(begin_depth, end_depth, (at - part.x) / (part.y - part.x));
+                let front = depth_at(lit.sun_front, place);
+                let depth = front + particle.optical_radius * way_out(place, frame.sun.xyz);
                 var source = (1.0 - alone) * (seen.x + order_once * exp(-depth)) * lit.sun_irradiance.rgb
                     + seen.y * lit.ambient_above.rgb + (seen.z - seen.y) * lit.ambient_below.rgb;
                 if alone > 0.0 {
@@ -262,7 +252,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                     // The chord's own optical depth, by the particle's mean density.
                     let visible = particle.optical_radius / particle.radius * (part.y - part.x);
                     let scattered = scattering_source(entry_place, view, frame.sun.xyz, particle.optical_radius / frame.delta_scale);
-                    source += alone * own_source(scattered, phase_once, visible, frame.delta_scale) * exp(-depth_at(lit.sun_front, place)) * lit.sun_irradiance.rgb;
+                    source += alone * own_source(scattered, phase_once, visible, frame.delta_scale) * exp(-front) * lit.sun_irradiance.rgb;
                 }
                 light += own * source;
 #endif

@@ -47,7 +47,8 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
 #endif
     // The grid keeps what comes in; the light field tells the middle.
     let half_way = 0.5 * extinction[index] * crossing(-grid.sun.xyz, level.cell.xyz).path;
-    let depth = min(half_way - log(max(sun_transmittance[index], 1e-37)), DEEPEST);
+    // Sums of rounded weights may pass 1.
+    let depth = clamp(half_way - log(max(sun_transmittance[index], 1e-37)), 0.0, DEEPEST);
     let slice = grid.level[id.y].low.w;
     textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), depth));
 }

@@ -211,6 +211,9 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let first = grid.moment_first;
     let second = grid.moment_second;
+    var scattered: array<vec3<f32>, DIRECTIONS>;
+    var sum = vec3(0.0);
+    var kept = vec3(0.0);
     let sun_tau = extinction[index] * crossing(-grid.sun.xyz, level.cell.xyz).path;
     let sun = sun_transmittance[index] * mean_transmittance(sun_tau) / (4.0 * PI);
     for (var axis = 0u; axis < DIRECTIONS / 2u; axis++) {
@@ -222,8 +225,24 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
         let along = grid.albedo * (same + turned + vec3(sun * grid_phase(moments, cosine), 0.0, 0.0));
         let against = grid.albedo * (same - turned + vec3(sun * grid_phase(moments, -cosine), 0.0, 0.0));
         let at = 2u * axis * grid.cells + index;
-        sources[at] = pack_light(relaxed(at, along));
-        sources[at + grid.cells] = pack_light(relaxed(at + grid.cells, against));
+        scattered[2u * axis] = relaxed(at, along);
+        scattered[2u * axis + 1u] = relaxed(at + grid.cells, against);
+    }
+    if stage.is_last != 0u {
+        for (var d = 0u; d < DIRECTIONS; d++) {
+            sum += scattered[d];
+            kept += max(scattered[d], vec3(0.0));
+        }
+        // A phase function of degree 2 is negative at some angles: in the end there is no light there,
+        // and the other directions give what that adds. Where nothing is negative nothing changes,
+        // to the bit.
+        let balance = select(max(sum, vec3(0.0)) / kept, vec3(1.0), sum >= kept);
+        for (var d = 0u; d < DIRECTIONS; d++) {
+            scattered[d] = balance * max(scattered[d], vec3(0.0));
+        }
+    }
+    for (var d = 0u; d < DIRECTIONS; d++) {
+        sources[d * grid.cells + index] = pack_light(scattered[d]);
     }
 }
 

@@ -37,6 +37,10 @@ fn inside(place: vec2<f32>) -> f32 {
 
 // Transmittance of the clouds between a point on the ground and the sun.
 fn sun_visibility(point: vec3<f32>) -> f32 {
+    // Without clouds nobody has made the maps.
+    if frame.has_clouds == 0u {
+        return 1.0;
+    }
     let near_place = shadow_place(maps, 0u, point);
     let far_place = shadow_place(maps, 1u, point);
     let near_weight = inside(near_place);

@@ -93,6 +93,9 @@ fn altitude_along(altitude: f32, mu: f32, distance: f32) -> f32 {
     return altitude_of(horizon_squared(altitude) + distance * (2.0 * (PLANET_RADIUS + altitude) * mu + distance));
 }
 
+// Divisor where a length may be 0 only together with what it divides: 0 comes out, as it should.
+const LEAST_LENGTH: f32 = 1e-30; // m
+
 // Distance to the ground; -1 where the ray misses it.
 fn distance_to_ground(altitude: f32, mu: f32) -> f32 {
     let b = -(PLANET_RADIUS + altitude) * mu; // to the ray's lowest place
@@ -101,7 +104,7 @@ fn distance_to_ground(altitude: f32, mu: f32) -> f32 {
     if b < tangent {
         return -1.0;
     }
-    return c / max(b + sqrt((b - tangent) * (b + tangent)), 1e-30);
+    return c / max(b + sqrt((b - tangent) * (b + tangent)), LEAST_LENGTH);
 }
 
 // Where a ray enters (x) and leaves (y) the air; both 0 where it misses it. The ground is not
@@ -112,7 +115,7 @@ fn air_span(altitude: f32, mu: f32) -> vec2<f32> {
     let q = (TOP_ALTITUDE - altitude) * (2.0 * PLANET_RADIUS + TOP_ALTITUDE + altitude);
     if q >= 0.0 {
         let s = sqrt(b * b + q);
-        return vec2(0.0, select(s - b, q / max(b + s, 1e-30), b > 0.0));
+        return vec2(0.0, select(s - b, q / max(b + s, LEAST_LENGTH), b > 0.0));
     }
     let tangent = sqrt(-q);
     if -b <= tangent {
@@ -146,6 +149,9 @@ fn depth_place(altitude: f32, mu: f32) -> vec2<f32> {
     return vec2((air_span(h, mu).y - least) / (most - least), rho / reach);
 }
 
+// Way through the air below which its direction is straight up: the top of the air itself.
+const LEAST_WAY: f32 = 1e-6; // m
+
 // Altitude and mu of a place in the table; the inverse of depth_place.
 fn depth_ray(place: vec2<f32>) -> vec2<f32> {
     let reach_squared = horizon_squared(TOP_ALTITUDE);
@@ -154,7 +160,7 @@ fn depth_ray(place: vec2<f32>) -> vec2<f32> {
     let h = altitude_of(rho * rho);
     let least = TOP_ALTITUDE - h;
     let d = mix(least, rho + reach, place.x);
-    let mu = (reach_squared - rho * rho - d * d) / (2.0 * (PLANET_RADIUS + h) * max(d, 1e-6));
+    let mu = (reach_squared - rho * rho - d * d) / (2.0 * (PLANET_RADIUS + h) * max(d, LEAST_WAY));
     return vec2(h, clamp(select(mu, 1.0, d <= 0.0), -1.0, 1.0));
 }
 
@@ -220,6 +226,9 @@ fn ground_reach(altitude: f32, mu: f32) -> f32 {
 const AIR_MIDDLE: f32 = 5e4; // m
 const INFINITELY_FAR: f32 = 1e30; // m; d / (d + AIR_MIDDLE) is 1 there
 
+// Share of the way to infinity that counts as none: 5e-8 m, or 5e16 m from its other end.
+const LEAST_SHARE: f32 = 1e-12;
+
 fn air_share(distance: f32) -> f32 {
     let d = clamp(distance, 0.0, INFINITELY_FAR);
     return d / (d + AIR_MIDDLE);
@@ -227,12 +236,12 @@ fn air_share(distance: f32) -> f32 {
 
 fn air_place(distance: f32, reach: f32) -> f32 {
     // A camera on the ground has no air below it: any place will do.
-    return sqrt(min(air_share(distance) / max(air_share(reach), 1e-12), 1.0));
+    return sqrt(min(air_share(distance) / max(air_share(reach), LEAST_SHARE), 1.0));
 }
 
 fn air_distance(w: f32, reach: f32) -> f32 {
     let share = w * w * air_share(reach);
-    return min(AIR_MIDDLE * share / max(1.0 - share, 1e-12), reach);
+    return min(AIR_MIDDLE * share / max(1.0 - share, LEAST_SHARE), reach);
 }
 
 // Radiances and irradiances are stored times this: f16 then keeps its digits well into the night

@@ -83,6 +83,9 @@ fn level_of(point: vec3<f32>) -> u32 {
     return chosen;
 }
 
+// A particle with less extinction than that, spread over a cell (1/m), is nothing: others crowd it.
+const LEAST_EXTINCTION: f32 = 1e-30;
+
 // Levels on which the matter around a particle is looked for: the finest that holds it, and coarser
 // ones, so that a particle just before a cloud counts as part of it.
 const CROWD_LEVELS: u32 = 3u;
@@ -97,7 +100,7 @@ fn crowding(point: vec3<f32>, mass: f32, ball: f32) -> f32 {
         let level = light_grid.level[l];
         let own = mass / max(4.18879 * ball * ball * ball, level.cell.x * level.cell.y * level.cell.z);
         let at = clamp((point - level.low.xyz) / level.cell.xyz, vec3(0.0), vec3<f32>(level.size.xyz) - 1.0);
-        crowd = max(crowd, grid_matter[grid_index(level, vec3<u32>(at))] / max(own, 1e-30));
+        crowd = max(crowd, grid_matter[grid_index(level, vec3<u32>(at))] / max(own, LEAST_EXTINCTION));
     }
     return crowd;
 }

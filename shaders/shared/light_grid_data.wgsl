@@ -31,7 +31,7 @@ struct LightGridUniforms {
 struct GridStage {
     level: u32,
     relaxation: f32,      // step from the sources of before towards the new ones
-    padding_b: u32,
+    is_last: u32,         // 1: the last turn of the level
     padding_c: u32,
 }
 

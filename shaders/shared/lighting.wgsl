@@ -24,6 +24,10 @@ const ALONE_END: f32 = 0.95;
 const CROWD_BEGIN: f32 = 1.5;
 const CROWD_END: f32 = 2.5;
 
+// Optical depth below which there is no matter at all: a share of nothing counts as none, and what
+// has no optical depth sends no light.
+const LEAST_DEPTH: f32 = 1e-20;
+
 // Affine optical depth at a place in the particle (in radii from its centre); never negative.
 fn depth_at(affine: vec4<f32>, place: vec3<f32>) -> f32 {
     return max(affine.x + dot(affine.yzw, place), 0.0);
@@ -39,7 +43,7 @@ fn way_out(place: vec3<f32>, direction: vec3<f32>) -> f32 {
 // depth of the others on the sun's ray through its middle; `crowd`: matter around it over its own.
 fn aloneness(optical_radius: f32, others: f32, crowd: f32) -> f32 {
     let own = 4.0 / 3.0 * optical_radius; // along a mean chord
-    let share = smoothstep(ALONE_BEGIN, ALONE_END, own / max(own + others, 1e-20));
+    let share = smoothstep(ALONE_BEGIN, ALONE_END, own / max(own + others, LEAST_DEPTH));
     return share * (1.0 - smoothstep(CROWD_BEGIN, CROWD_END, crowd));
 }
 

@@ -20,11 +20,15 @@ fn mean_transmittance(tau: f32) -> f32 {
 // Where, as a fraction of a uniform chord of optical depth tau, the light that leaves its near end
 // was scattered on average: 1 / tau - 1 / (exp(tau) - 1); 1/2 at 0.
 fn mean_scatter_fraction(tau: f32) -> f32 {
-    let t = max(tau, 0.1);
-    let exact = 1.0 / t - 1.0 / (exp(min(t, 80.0)) - 1.0);
-    // Next term tau^3 / 720: below 2e-6 where the series is used.
-    return select(exact, 0.5 - tau / 12.0, tau < 0.1);
+    let t = max(tau, FRACTION_SERIES_BELOW);
+    let exact = 1.0 / t - 1.0 / (exp(min(t, DEEPEST)) - 1.0);
+    return select(exact, 0.5 - tau / 12.0, tau < FRACTION_SERIES_BELOW);
 }
+
+// Below this optical depth the fraction is a series: the next term, tau^3 / 720, is below 2e-6.
+const FRACTION_SERIES_BELOW: f32 = 0.1;
+// Optical depth whose exponential is still finite; exp(-80) = 2e-35 of 1/80 changes no digit.
+const DEEPEST: f32 = 80.0;
 
 // Order of unsigned integers equal to the order of the floats they were made from.
 fn sortable(value: f32) -> u32 {

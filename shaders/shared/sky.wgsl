@@ -20,11 +20,15 @@ struct Air {
     transmittance: vec3<f32>,
 }
 
+// Product of the level parts of two directions below which one of them is straight up or down: every
+// azimuth is as good there, and 0 comes out.
+const LEAST_LEVEL: f32 = 1e-12;
+
 // Angle over the true horizon and cosine of the azimuth from the sun.
 fn sky_direction(dir: vec3<f32>) -> vec2<f32> {
     let level = dot(dir.xz, dir.xz);
     let lengths = sqrt(level * dot(sky.sun.xz, sky.sun.xz));
-    let azimuth = clamp(dot(dir.xz, sky.sun.xz) / max(lengths, 1e-12), -1.0, 1.0);
+    let azimuth = clamp(dot(dir.xz, sky.sun.xz) / max(lengths, LEAST_LEVEL), -1.0, 1.0);
     return vec2(azimuth, atan2(dir.y, sqrt(level)) + sky.horizon_dip);
 }
 

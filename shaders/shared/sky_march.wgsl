@@ -2,6 +2,7 @@
 // (group 1). Twin: src/frame/cpu/sky.rs.
 #define_import_path cumuli::sky_march
 
+#import cumuli::numerics::SERIES_BELOW
 #import cumuli::atmosphere::{Medium, PI, PLANET_RADIUS, SkyUniforms, aerosol_phase, air_span, altitude_along, altitude_place, depth_place, ground_reach, medium_at, rayleigh_phase, sun_place, sun_visible, texel_centre, DEPTH_SIZE, GROUND_SIZE, MULTIPLE_SIZE, TABLE_SCALE}
 
 @group(1) @binding(0) var<uniform> sky: SkyUniforms;
@@ -27,7 +28,8 @@ struct Gathered {
 // Without its digits for small optical depths 1 - exp(-tau) would be noise in thin air.
 fn mean_transmittance(tau: vec4<f32>) -> vec4<f32> {
     let series = 1.0 - tau * (0.5 - tau * (0.16666667 - tau * 0.041666667));
-    return select((1.0 - exp(-tau)) / max(tau, vec4(0.02)), series, tau < vec4(0.02));
+    let below = vec4(SERIES_BELOW);
+    return select((1.0 - exp(-tau)) / max(tau, below), series, tau < below);
 }
 
 // Sunlight that arrives at a place.

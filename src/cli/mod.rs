@@ -16,6 +16,7 @@ mod reference;
 mod render;
 mod render_exact;
 mod render_reference;
+mod stress;
 mod truth;
 
 use std::io::{IsTerminal, Write};
@@ -32,6 +33,7 @@ pub use info::InfoArgs;
 pub use progress::StageBar;
 pub use reference::{ReferenceArgs, ReferenceCommand};
 pub use render::{Job, RenderArgs};
+pub use stress::StressArgs;
 pub use truth::TruthArgs;
 
 use crate::error::{Error, Result};
@@ -61,6 +63,8 @@ pub enum Command {
     Bench(BenchArgs),
     /// Radiative transfer by path tracing, on its own
     Reference(ReferenceArgs),
+    /// Judge every number of frames at the corners of what is allowed, and of random ones
+    Stress(StressArgs),
 }
 
 /// Reads the arguments, runs the command and tells the exit code: 0, 1 for what failed on good
@@ -84,6 +88,7 @@ fn run(cli: Cli) -> Result<()> {
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
         Some(Command::Reference(args)) => reference::run(&args),
+        Some(Command::Stress(args)) => stress::run(&args),
         #[cfg(feature = "window")]
         Some(Command::Fly(args)) => fly::run(&args),
         #[cfg(feature = "window")]

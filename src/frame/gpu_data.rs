@@ -265,8 +265,8 @@ gpu_struct! {
         level: u32,
         /// Step from the sources of before towards the new ones.
         relaxation: f32,
-        /// Unused.
-        padding_b: u32,
+        /// 1: the last turn of the level.
+        is_last: u32,
         /// Unused.
         padding_c: u32,
     }

@@ -19,7 +19,7 @@ use super::stats::{Counts, StatsReader, pass_times};
 use super::view::{self, Bounds, SCREEN_TILE};
 use crate::gpu::{Gpu, ShaderLibrary, buffers};
 use crate::medium::{Halo, Truncation};
-use crate::scene::{Scene, Sky};
+use crate::scene::{Medium, Scene, Sky, check_time};
 use crate::tables::{TableSet, TablesGpu};
 use crate::{Error, Result};
 use glam::DVec3;
@@ -39,6 +39,7 @@ const LAST_EPOCH: u32 = 1 << 24;
 pub struct Renderer {
     gpu: Gpu,
     quality: Quality,
+    medium: Medium,
     omit: Option<Pass>,
     composer: Option<Box<dyn Composer>>,
     passes: Passes,
@@ -64,6 +65,9 @@ impl Renderer {
         scene: &Scene,
         settings: &RenderSettings,
     ) -> Result<Self> {
+        scene.validate()?;
+        gpu.forget_parts();
+        gpu.begin_part("sky");
         let library = ShaderLibrary::new()?;
         let quality = settings.quality();
         let medium = &scene.medium;
@@ -81,6 +85,7 @@ impl Renderer {
         Ok(Self {
             gpu: gpu.clone(),
             quality,
+            medium: *medium,
             omit: settings.omit,
             composer: None,
             passes,
@@ -114,8 +119,20 @@ impl Renderer {
         Ok(Picture { size, radiance, pixels, stats })
     }
 
-    /// Makes one frame and leaves it on the device.
+    /// Makes one frame and leaves it on the device. What is out of range, or of another medium than
+    /// the renderer was made for, is an error of input.
     pub fn frame(&mut self, scene: &Scene, time: f64, size: [u32; 2]) -> Result<FrameStats> {
+        scene.validate()?;
+        check_time("time", time)?;
+        if scene.medium != self.medium {
+            return Err(Error::input(
+                "medium",
+                format!(
+                    "expected {} with albedo {}, which the renderer was made for, found {} with {}",
+                    self.medium.phase, self.medium.albedo, scene.medium.phase, scene.medium.albedo
+                ),
+            ));
+        }
         let most = self.gpu.device.limits().max_texture_dimension_2d;
         if size.iter().any(|&s| s == 0 || s > most) {
             return Err(Error::input(
@@ -237,6 +254,7 @@ impl Renderer {
             Some(resources) => resources,
             None => {
                 self.last = None;
+                self.gpu.begin_part("frame");
                 Resources::new(&self.gpu, &self.passes, &self.phase, &self.shadow, layout)
             }
         };

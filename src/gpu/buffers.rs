@@ -1,7 +1,6 @@
 //! Buffers of plain values.
 
 use bytemuck::Pod;
-use wgpu::util::DeviceExt;
 
 use super::Gpu;
 
@@ -27,11 +26,18 @@ pub fn storage_with<T: Pod>(gpu: &Gpu, label: &str, values: &[T]) -> wgpu::Buffe
     buffer
 }
 
-/// A uniform buffer with this value.
+/// A uniform buffer with this value. Written by the queue: a buffer that is mapped at its creation cannot
+/// be made, and `wgpu::util` panics, where the device is lost.
 pub fn uniform<T: Pod>(gpu: &Gpu, label: &str, value: &T) -> wgpu::Buffer {
-    gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+    let contents = bytemuck::bytes_of(value);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
-        contents: bytemuck::bytes_of(value),
-        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-    })
+        size: contents.len() as u64,
+        usage: wgpu::BufferUsages::UNIFORM
+            | wgpu::BufferUsages::COPY_DST
+            | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    });
+    gpu.queue.write_buffer(&buffer, 0, contents);
+    buffer
 }

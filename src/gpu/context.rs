@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
+use super::watch::Watch;
 use crate::error::{Error, Result};
 
 /// One graphics device with its queue. Cheap to clone: wgpu's handles are counted references.
@@ -14,6 +15,7 @@ pub struct Gpu {
     /// Its only queue.
     pub queue: wgpu::Queue,
     failure: Failure,
+    watch: Option<Watch>,
 }
 
 /// The first error that wgpu reported outside of a call's result: out of memory, a lost device, a
@@ -71,7 +73,32 @@ impl Gpu {
                 keep_first(&note, format!("the device was lost: {message}"));
             }
         });
-        Ok(Self { adapter, device, queue, failure })
+        Ok(Self { adapter, device, queue, failure, watch: None })
+    }
+
+    /// The same device, but its kernels note what they are bound to, for checks of every value.
+    pub fn watched(self) -> Self {
+        Self { watch: Some(Watch::default()), ..self }
+    }
+
+    /// What the kernels are bound to, where that is noted.
+    pub fn watch(&self) -> Option<&Watch> {
+        self.watch.as_ref()
+    }
+
+    /// What is bound from now on belongs to this part of a renderer, and replaces what the part
+    /// bound before.
+    pub fn begin_part(&self, part: &'static str) {
+        if let Some(watch) = &self.watch {
+            watch.begin(part);
+        }
+    }
+
+    /// Forgets all bindings: a new renderer begins.
+    pub fn forget_parts(&self) {
+        if let Some(watch) = &self.watch {
+            watch.clear();
+        }
     }
 
     /// Waits until everything submitted so far has run, and tells what failed on the way.

@@ -3,6 +3,7 @@
 
 use naga::{AddressSpace, ImageClass, ImageDimension, StorageAccess, TypeInner};
 
+use super::watch::{self, Declared};
 use super::{Gpu, ShaderLibrary};
 use crate::error::{Error, Result};
 
@@ -22,6 +23,7 @@ pub struct Kernel {
     label: &'static str,
     layout: wgpu::BindGroupLayout,
     bindings: Vec<u32>,
+    declared: Vec<Declared>,
     pipelines: Vec<(String, wgpu::ComputePipeline)>,
 }
 
@@ -39,6 +41,7 @@ impl Kernel {
         let (path, source) = file;
         let module = library.compose(path, source, defs)?;
         let entries = own_bindings(path, &module)?;
+        let declared = watch::declared(path, &module);
         let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some(path),
             entries: &entries,
@@ -74,6 +77,7 @@ impl Kernel {
             label: path,
             layout,
             bindings: entries.iter().map(|e| e.binding).collect(),
+            declared,
             pipelines,
         })
     }
@@ -92,6 +96,9 @@ impl Kernel {
     /// Binds the kernel's own resources, in the order of their binding numbers.
     pub fn bind(&self, gpu: &Gpu, resources: &[wgpu::BindingResource<'_>]) -> wgpu::BindGroup {
         debug_assert_eq!(resources.len(), self.bindings.len(), "{}", self.label);
+        if let Some(watch) = gpu.watch() {
+            watch.add(&self.declared, resources);
+        }
         let entries: Vec<_> = self
             .bindings
             .iter()

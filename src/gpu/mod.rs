@@ -5,6 +5,7 @@ mod context;
 mod kernel;
 mod read_back;
 mod shaders;
+pub mod watch;
 
 pub use context::Gpu;
 pub use kernel::{Kernel, ShaderFile};

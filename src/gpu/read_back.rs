@@ -21,21 +21,29 @@ impl Gpu {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, copied);
         self.queue.submit([encoder.finish()]);
-        self.mapped(&staging, |mapped| bytemuck::pod_collect_to_vec(&mapped[..bytes as usize]))
+        let mut values = room(count)?;
+        self.mapped(&staging, |mapped| {
+            let words = mapped[..bytes as usize].chunks_exact(size_of::<T>());
+            values.extend(words.map(bytemuck::pod_read_unaligned::<T>));
+        })?;
+        Ok(values)
     }
 
-    /// Copies a texture back, `T` being one of its texels, row by row from the top.
+    /// Copies a texture back, `T` being one of its texels, layer by layer, row by row from the top.
     pub fn read_texture<T: Pod>(&self, texture: &wgpu::Texture) -> Result<Vec<T>> {
         let (width, height) = (texture.width(), texture.height());
         let row = width as usize * size_of::<T>();
         let padded = (row as u32).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let most_rows = (BAND_BYTES / u64::from(padded)).clamp(1, u64::from(height)) as u32;
         let staging = self.staging(u64::from(padded) * u64::from(most_rows));
-        let mut texels = Vec::with_capacity(width as usize * height as usize);
-        for top in (0..height).step_by(most_rows as usize) {
+        let layers = texture.depth_or_array_layers();
+        let mut texels = room(width as usize * height as usize * layers as usize)?;
+        let bands = (0..height).step_by(most_rows as usize);
+        for (layer, top) in (0..layers).flat_map(|layer| bands.clone().map(move |top| (layer, top)))
+        {
             let rows = most_rows.min(height - top);
             let mut from = texture.as_image_copy();
-            from.origin.y = top;
+            (from.origin.y, from.origin.z) = (top, layer);
             let to = wgpu::TexelCopyBufferInfo {
                 buffer: &staging,
                 layout: wgpu::TexelCopyBufferLayout {
@@ -50,7 +58,8 @@ impl Gpu {
             self.queue.submit([encoder.finish()]);
             self.mapped(&staging, |mapped| {
                 for line in mapped.chunks_exact(padded as usize).take(rows as usize) {
-                    texels.extend(bytemuck::pod_collect_to_vec::<u8, T>(&line[..row]));
+                    let values = line[..row].chunks_exact(size_of::<T>());
+                    texels.extend(values.map(bytemuck::pod_read_unaligned::<T>));
                 }
             })?;
             staging.unmap();
@@ -81,6 +90,16 @@ impl Gpu {
         let view = slice.get_mapped_range().map_err(|e| failed(e.to_string()))?;
         Ok(read(&view))
     }
+}
+
+/// Memory for so many values: a picture may have gigabytes, and their lack must not end the program.
+fn room<T>(count: usize) -> Result<Vec<T>> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(count).map_err(|_| {
+        let bytes = count.saturating_mul(size_of::<T>());
+        Error::Failed(format!("not enough memory to read back {bytes} bytes"))
+    })?;
+    Ok(values)
 }
 
 #[cfg(test)]

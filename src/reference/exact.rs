@@ -19,7 +19,7 @@ use crate::medium::VOLUME_CELL;
 use crate::scene::{Scene, Sky as SkyOf};
 
 /// Steps of rays through the air: its radiance is then within 1e-3 of its limit.
-const AIR_STEPS: u32 = 64;
+pub const AIR_STEPS: u32 = 64;
 /// Places along the clouds of a ray at which the air is worked out; between them it is
 /// interpolated: over 20 km of clouds the error is below 1e-4 of the air's light.
 const AIR_KNOTS: usize = 24;
@@ -95,6 +95,18 @@ impl<'a> Exact<'a> {
         particles: Vec<Particle>,
         lights: Vec<ParticleLight>,
     ) -> Result<Self> {
+        let sky = Sky::new(&sky_inputs(scene), AIR_STEPS);
+        Self::with_sky(scene, inputs, particles, lights, sky)
+    }
+
+    /// The same with a sky that is there already.
+    pub fn with_sky(
+        scene: &Scene,
+        inputs: ChordInputs<'a>,
+        particles: Vec<Particle>,
+        lights: Vec<ParticleLight>,
+        sky: Sky,
+    ) -> Result<Self> {
         let shapes = Shapes::new(inputs.tables);
         let placed = Densities::default().place(&particles, &shapes, DVec3::ZERO)?;
         // The grid leaves out what has no matter: so must the light.
@@ -106,7 +118,7 @@ impl<'a> Exact<'a> {
             inputs,
             frame_particles,
             lights,
-            sky: Sky::new(&sky_inputs(scene), AIR_STEPS),
+            sky,
             sun: scene.sun.direction,
             has_air: matches!(scene.sky, SkyOf::Atmosphere),
             has_ground: scene.effective_ground().is_some(),

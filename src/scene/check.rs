@@ -15,12 +15,36 @@ pub(super) fn scene(scene: &Scene) -> Checked {
         let at = root.key("ground");
         at.key("albedo").numbers(&ground.albedo.to_array(), &limits::ALBEDO)?;
     }
-    root.key("medium").key("albedo").number(scene.medium.albedo, &limits::ALBEDO)?;
+    let at = root.key("medium");
+    scene.medium.phase.check().map_err(|e| at.key("phase").fault(e.to_string()))?;
+    at.key("albedo").number(scene.medium.albedo, &limits::ALBEDO)?;
     if let Some(field) = &scene.clouds {
         clouds(field, root.key("clouds"))?;
     }
     root.key("output").key("exposure").number(scene.exposure, &limits::EXPOSURE)?;
     particles(&scene.particles, root)
+}
+
+/// That directions are unit vectors, as they are in every scene that was read from a file.
+pub(super) fn units(scene: &Scene) -> Checked {
+    // What products of rounded rotations come to, and far below what a picture shows.
+    const TOLERANCE: f64 = 1e-6;
+    let is_unit = |squared: f64| (squared - 1.0).abs() <= TOLERANCE;
+    let root = At::Root;
+    let sun = scene.sun.direction;
+    if !is_unit(sun.length_squared()) {
+        let message = format!("expected a unit vector, found length {}", sun.length());
+        return Err(root.key("sun").key("direction").fault(message));
+    }
+    let list = root.key("particles");
+    match scene.particles.iter().position(|p| !is_unit(p.orientation.length_squared())) {
+        Some(index) => {
+            let length = scene.particles[index].orientation.length();
+            let message = format!("expected a unit quaternion, found length {length}");
+            Err(list.index(index).key("orientation").fault(message))
+        }
+        None => Ok(()),
+    }
 }
 
 fn camera(camera: &Camera, at: At<'_>) -> Checked {

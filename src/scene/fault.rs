@@ -106,7 +106,8 @@ fn short(value: f64) -> String {
 
 /// The path in serde's terms, without the marks for what has no name.
 pub(super) fn path_text(path: &serde_path_to_error::Path) -> String {
-    let text = path.to_string();
+    // An unknown field is part of its path, whatever it is called.
+    let text = tidy(&path.to_string(), LONGEST_MESSAGE);
     if text == "." || text == "?" { String::new() } else { text.trim_end_matches(".?").to_owned() }
 }
 

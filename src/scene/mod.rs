@@ -88,6 +88,11 @@ impl Scene {
         file::parse(text, place, base_dir)
     }
 
+    /// Reads a list of particles from the text of a particles file; `place` names it in errors.
+    pub fn particles_from_json(text: &str, place: &str) -> Result<Vec<ParticleSpec>> {
+        particles::parse(text, place)
+    }
+
     /// Writes the scene as TOML, with all particles listed in it; [`Scene::from_toml`] reads
     /// back an equal scene.
     pub fn to_toml(&self) -> Result<String> {
@@ -97,7 +102,7 @@ impl Scene {
     /// Checks every value, for scenes that were made by a program. What [`Scene::load`] returns
     /// has passed.
     pub fn validate(&self) -> Result<()> {
-        check::scene(self).map_err(|f| f.in_place("scene"))
+        check::scene(self).and_then(|()| check::units(self)).map_err(|f| f.in_place("scene"))
     }
 
     /// Checks that every shape the scene names is among `known` (the shapes of the tables).

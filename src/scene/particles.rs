@@ -49,7 +49,8 @@ pub(super) fn load(path: &Path) -> Result<Vec<ParticleSpec>> {
     parse(&text, &path.display().to_string())
 }
 
-fn parse(text: &str, place: &str) -> Result<Vec<ParticleSpec>> {
+/// Reads particles from text and checks each. `place` names it in errors.
+pub(super) fn parse(text: &str, place: &str) -> Result<Vec<ParticleSpec>> {
     let mut reader = serde_json::Deserializer::from_str(text);
     let file: ParticlesFile = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
         let path = fault::path_text(e.path());

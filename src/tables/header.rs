@@ -65,14 +65,14 @@ fn parse(text: &str, place: &str) -> Result<Description> {
     }
     let mut json = serde_json::Deserializer::from_str(text);
     let description: Description = serde_path_to_error::deserialize(&mut json).map_err(|e| {
-        let field = format!("{place}: metadata.{}", e.path());
+        let field = format!("{place}: metadata.{}", one_line(e.path()));
         Error::input(field, one_line(&e.into_inner()))
     })?;
     description.check(place)?;
     Ok(description)
 }
 
-/// Messages quote what was found, line ends included.
+/// Messages, and paths of fields, quote what was found, line ends included.
 pub(super) fn one_line(error: &impl ToString) -> String {
     let line: String =
         error.to_string().chars().map(|c| if c.is_control() { ' ' } else { c }).collect();

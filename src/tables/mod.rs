@@ -10,6 +10,7 @@ mod header;
 pub mod optical_depth;
 mod parts;
 pub mod progress;
+pub mod rays;
 pub mod sample;
 pub mod scattering;
 mod set;

@@ -101,6 +101,11 @@ impl TableSet {
         file::read(&bytes, &path.display().to_string())
     }
 
+    /// Reads the bytes of a table file; `place` names it in errors.
+    pub fn from_bytes(bytes: &[u8], place: &str) -> Result<Self> {
+        file::read(bytes, place)
+    }
+
     /// Writes a table file, whole or not at all.
     pub fn save(&self, path: &Path) -> Result<()> {
         let bytes = file::write(self)?;

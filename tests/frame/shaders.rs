@@ -45,3 +45,34 @@ fn all_files_compose_and_validate() {
     }
     assert!(paths.len() > 20 && entry_points >= paths.len(), "{paths:?}");
 }
+
+/// A number that keeps others from being divided by 0 or from overflowing has a name, with its unit
+/// and the limit in which it is exact beside it.
+#[test]
+fn guards_have_names() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+    let mut paths = Vec::new();
+    files(&root, &mut paths);
+    let mut nameless = Vec::new();
+    for path in &paths {
+        let text = fs::read_to_string(path).expect("readable");
+        for (number, line) in text.lines().enumerate() {
+            let code = line.split("//").next().unwrap_or_default();
+            // Written with an exponent: nothing but guards and scales is.
+            let exponent =
+                code.split(|c: char| !(c.is_ascii_alphanumeric() || c == '.' || c == '-'));
+            let exponent = exponent.map(|word| word.trim_start_matches('-')).any(|word| {
+                word.starts_with(|c: char| c.is_ascii_digit())
+                    && !word.starts_with("0x")
+                    && word.contains('e')
+            });
+            if exponent && !code.trim_start().starts_with("const ") {
+                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                nameless.push(format!("{name}:{}: {}", number + 1, code.trim()));
+            }
+        }
+    }
+    // Each of these says what it guards in the lines around it; the list must not grow.
+    const KNOWN: usize = 13;
+    assert!(nameless.len() <= KNOWN, "{}:\n{}", nameless.len(), nameless.join("\n"));
+}

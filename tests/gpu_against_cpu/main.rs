@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod growth;
+mod guards;
 mod light;
 mod light_grid;
 mod noise;

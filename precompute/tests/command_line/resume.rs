@@ -137,3 +137,50 @@ fn a_file_of_tables_is_replaced_only_by_a_whole_one() {
     child.wait().expect("it ended");
     assert!(std::fs::read(&out).expect("there") == b"old" || sound(&out));
 }
+
+/// Kills bakes at moments of every kind; what is on disk is whole each time, and the end is the same.
+fn killed_again_and_again(kills: u32) {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let (whole, folder) = (dir.path().join("whole"), dir.path().join("new"));
+    let begin = Instant::now();
+    assert!(bake(&whole, &[]).status.success());
+    let longest = begin.elapsed();
+    let expected = std::fs::read(&whole).expect("written");
+    std::fs::create_dir(&folder).expect("a folder");
+    let out = folder.join("tables");
+    let mut killed = 0;
+    for number in 0_u32.. {
+        if killed == kills {
+            break;
+        }
+        assert!(number < 50 + 4 * kills, "it is always done before it is killed");
+        let mut child = start(&out);
+        // Parts of the golden ratio: every stretch of the bake gets its share of the kills.
+        let share = (f64::from(number) * 0.618_033_988_749_895).fract();
+        std::thread::sleep(longest.mul_f64(1.1 * share));
+        if child.try_wait().expect("a child").is_some() {
+            assert!(std::fs::read(&out).expect("written") == expected, "round {number}");
+            std::fs::remove_file(&out).expect("removed");
+            continue;
+        }
+        child.kill().expect("killed");
+        child.wait().expect("it ended");
+        killed += 1;
+        let left = files(&folder);
+        assert!(left.iter().all(|path| sound(path)), "round {number}: {left:?}");
+    }
+    assert!(bake(&out, &[]).status.success());
+    assert!(std::fs::read(&out).expect("written") == expected);
+    println!("killed {killed} times");
+}
+
+#[test]
+fn a_bake_killed_now_and_then() {
+    killed_again_and_again(6);
+}
+
+#[test]
+#[ignore = "fifty bakes take minutes"]
+fn a_bake_killed_fifty_times() {
+    killed_again_and_again(50);
+}

@@ -82,6 +82,16 @@ fn phase(moments: [f64; 2], cosine: f64) -> f64 {
     1.0 + 3.0 * moments[0] * cosine + 5.0 * moments[1] * (1.5 * cosine * cosine - 0.5)
 }
 
+/// Sources without negative parts, of the same sum: a phase function of degree 2 is negative at some
+/// angles, and the directions that are left give what it would add there.
+fn positive(scattered: [CellLight; DIRECTIONS]) -> [CellLight; DIRECTIONS] {
+    let sum: DVec3 = scattered.iter().sum();
+    let kept: DVec3 = scattered.iter().map(|s| s.max(DVec3::ZERO)).sum();
+    let share = |sum: f64, kept: f64| if sum >= kept { 1.0 } else { sum.max(0.0) / kept };
+    let balance = DVec3::new(share(sum.x, kept.x), share(sum.y, kept.y), share(sum.z, kept.z));
+    scattered.map(|s| balance * s.max(DVec3::ZERO))
+}
+
 /// Light from outside of all levels along a direction of travel.
 fn outside(direction: DVec3) -> CellLight {
     DVec3::new(0.0, if direction.y < 0.0 { 1.0 } else { 0.0 }, 1.0)
@@ -140,8 +150,9 @@ impl GridLight {
         let levels = grid.levels();
         for inner in (0..levels).rev() {
             grid.start(inner);
-            for step in if inner + 1 == levels { &coarsest } else { &finer } {
-                grid.turn(inner, f64::from(*step));
+            let steps = if inner + 1 == levels { &coarsest } else { &finer };
+            for (turn, step) in steps.iter().enumerate() {
+                grid.turn(inner, f64::from(*step), turn + 1 == steps.len());
             }
         }
         grid
@@ -164,9 +175,9 @@ impl GridLight {
     }
 
     /// Scatters and sweeps, by a step from the sources of before. What leaves the level by direction,
-    /// in faces across it.
-    fn turn(&mut self, inner: usize, step: f64) -> [CellLight; DIRECTIONS] {
-        self.scatter(inner, step);
+    /// in faces across it. In the last turn nothing is left negative.
+    fn turn(&mut self, inner: usize, step: f64, is_last: bool) -> [CellLight; DIRECTIONS] {
+        self.scatter(inner, step, is_last);
         std::array::from_fn(|d| self.sweep(inner, d))
     }
 
@@ -227,7 +238,7 @@ impl GridLight {
         1.0
     }
 
-    fn scatter(&mut self, inner: usize, step: f64) {
+    fn scatter(&mut self, inner: usize, step: f64, is_last: bool) {
         let level = self.level(inner);
         let all = self.uniforms.cells as usize;
         let moments =
@@ -236,7 +247,8 @@ impl GridLight {
         let sun_path = self.sun_path(&level);
         for cell in cells(&level) {
             let at = index(&level, cell);
-            for d in 0..DIRECTIONS {
+            let mut scattered = [DVec3::ZERO; DIRECTIONS];
+            for (d, scattered) in scattered.iter_mut().enumerate() {
                 let mut sum = DVec3::ZERO;
                 for e in 0..DIRECTIONS {
                     let weight = phase(moments, direction(d).dot(direction(e))) / DIRECTIONS as f64;
@@ -244,9 +256,16 @@ impl GridLight {
                 }
                 let mean = self.sun[at] * mean_transmittance(self.extinction[at] * sun_path);
                 let once = mean * phase(moments, -direction(d).dot(sun)) / (4.0 * PI);
-                let wanted = f64::from(self.uniforms.albedo) * (sum + DVec3::new(once, 0.0, 0.0));
-                let source = &mut self.sources[d * all + at];
-                *source += step * (wanted - *source);
+                let once = DVec3::new(once, 0.0, 0.0);
+                let wanted = f64::from(self.uniforms.albedo) * (sum + once);
+                let before = self.sources[d * all + at];
+                *scattered = before + step * (wanted - before);
+            }
+            if is_last {
+                scattered = positive(scattered);
+            }
+            for (d, source) in scattered.into_iter().enumerate() {
+                self.sources[d * all + at] = source;
             }
         }
     }
@@ -275,7 +294,7 @@ impl GridLight {
                     .sum();
                 // From where sunlight enters the cell to its middle.
                 let half_way = 0.5 * self.extinction[at] * sun_path;
-                let depth = (half_way - self.sun[at].max(1e-37).ln()).min(DEEPEST);
+                let depth = (half_way - self.sun[at].max(1e-37).ln()).clamp(0.0, DEEPEST);
                 field[at] = (f64::from(self.uniforms.albedo) * sum.max(DVec3::ZERO)).extend(depth);
             }
         }

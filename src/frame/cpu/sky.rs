@@ -38,9 +38,15 @@ impl Sky {
     /// Makes the tables of the air; rays will be marched in `steps` steps.
     pub fn new(inputs: &SkyInputs, steps: u32) -> Self {
         let albedo = reflectance(inputs.ground_albedo.as_dvec3());
+        Self::with_air(inputs, steps, Air::new(Coefficients::earth(), albedo))
+    }
+
+    /// The same with tables of the air that are there already: those of another sky over the same
+    /// ground.
+    pub fn with_air(inputs: &SkyInputs, steps: u32, air: Air) -> Self {
         Self {
             inputs: *inputs,
-            air: Air::new(Coefficients::earth(), albedo),
+            air,
             altitude: seen_from(inputs.camera_altitude),
             sun: inputs.sun_direction.as_dvec3(),
             irradiance: f64::from(inputs.sun_irradiance),

@@ -41,6 +41,7 @@ impl LightGrid {
             j.sizes == inputs.levels.sizes() && j.grid_size == size && j.turns == inputs.turns
         });
         if !fits {
+            gpu.begin_part("light grid");
             self.job = Some(Job::new(gpu, passes, &passes.light_grid, size, inputs));
             self.made = None;
         }

@@ -117,7 +117,9 @@ impl Job {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D3,
             format: wgpu::TextureFormat::Rgba16Float,
-            usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+            usage: wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
         let view = texture.create_view(&Default::default());
@@ -172,8 +174,10 @@ fn stages(gpu: &Gpu, inputs: &GridInputs) -> (wgpu::Buffer, Vec<Vec<u64>>) {
     let (mut bytes, mut offsets) = (Vec::new(), Vec::new());
     for level in 0..inputs.levels.levels.len() {
         let mut of_level = Vec::new();
-        for relaxation in relaxations(inputs.turns_of(level)) {
-            let stage = GridStage { level: level as u32, relaxation, ..GridStage::zeroed() };
+        let steps = relaxations(inputs.turns_of(level));
+        for (turn, relaxation) in steps.iter().copied().enumerate() {
+            let is_last = u32::from(turn + 1 == steps.len());
+            let stage = GridStage { level: level as u32, relaxation, is_last, padding_c: 0 };
             of_level.push(bytes.len() as u64);
             bytes.extend_from_slice(bytemuck::bytes_of(&stage));
             bytes.resize(bytes.len().next_multiple_of(STAGE_STRIDE), 0);
@@ -183,7 +187,9 @@ fn stages(gpu: &Gpu, inputs: &GridInputs) -> (wgpu::Buffer, Vec<Vec<u64>>) {
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("grid stages"),
         size: bytes.len().max(STAGE_STRIDE) as u64,
-        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        usage: wgpu::BufferUsages::UNIFORM
+            | wgpu::BufferUsages::COPY_DST
+            | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: false,
     });
     gpu.queue.write_buffer(&buffer, 0, &bytes);

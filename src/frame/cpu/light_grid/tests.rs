@@ -1,7 +1,7 @@
 use std::f64::consts::PI;
 
 use super::cells::{cells, centre, index, side};
-use super::{DIRECTIONS, GridLight, direction};
+use super::{CellLight, DIRECTIONS, GridLight, direction, positive};
 use crate::frame::gpu_data::{GridLevel, LightGridUniforms};
 use crate::frame::light_grid::relaxations;
 use glam::DVec3;
@@ -97,7 +97,7 @@ fn all_sunlight_that_is_taken_leaves() {
         grid.start(0);
         let mut leaves = Default::default();
         for step in relaxations(257) {
-            leaves = grid.turn(0, f64::from(step));
+            leaves = grid.turn(0, f64::from(step), false);
         }
         let (taken, left) = taken_and_left(&grid, &leaves);
         println!(
@@ -116,7 +116,7 @@ fn uniform_light_stays_uniform() {
     let mut grid = ragged(12.0);
     grid.start(0);
     for step in relaxations(17) {
-        grid.turn(0, f64::from(step));
+        grid.turn(0, f64::from(step), false);
     }
     for (light, extinction) in grid.lights.iter().zip(grid.extinction.iter().cycle()) {
         assert!((light.z - 1.0).abs() < 1e-12, "{} at {extinction}", light.z);
@@ -136,7 +136,7 @@ fn relaxed_turns_converge_faster_than_plain_ones() {
         let mut grid = ragged(6.0);
         grid.start(0);
         for step in steps {
-            grid.turn(0, f64::from(*step));
+            grid.turn(0, f64::from(*step), false);
         }
         grid
     };
@@ -147,4 +147,18 @@ fn relaxed_turns_converge_faster_than_plain_ones() {
         println!("{turns} turns: plain {plain:e}, relaxed {relaxed:e}");
         assert!(relaxed < plain, "{turns} turns: plain {plain}, relaxed {relaxed}");
     }
+}
+
+/// What is negative goes, and the sum stays; where nothing is, all stays to the bit.
+#[test]
+fn no_light_is_negative_and_none_is_lost() {
+    let mut scattered = [DVec3::new(1.0, 0.25, 0.0); DIRECTIONS];
+    assert_eq!(positive(scattered), scattered);
+    (scattered[3].x, scattered[7].x) = (-0.5, -1.0);
+    scattered[2].y = -1e9;
+    let result = positive(scattered);
+    assert!(result.iter().all(|s| s.min_element() >= 0.0), "{result:?}");
+    let sum = |of: &[CellLight], axis: usize| -> f64 { of.iter().map(|s| s[axis]).sum() };
+    assert!((sum(&result, 0) - sum(&scattered, 0)).abs() < 1e-12);
+    assert_eq!((sum(&result, 1), sum(&result, 2)), (0.0, 0.0), "less than nothing is nothing");
 }

@@ -1,13 +1,15 @@
-//! Ray files: JSON in, JSON out.
+//! Ray files: rays through the unit sphere in JSON, answers in JSON.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use cumuli::tables::sample::{Sample, SampleRay};
-use cumuli::{Error, Result};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+
+use super::header::one_line;
+use super::sample::{Sample, SampleRay};
+use crate::error::{Error, Result};
 
 /// Largest ray file: a million rays take about 150 MB.
 const MOST_BYTES: u64 = 1 << 30;
@@ -69,10 +71,10 @@ pub fn read(path: &Path) -> Result<Vec<SampleRay>> {
 }
 
 /// Parses and checks the bytes of a ray file. `place` names it in errors.
-fn parse(bytes: &[u8], place: &str) -> Result<Vec<SampleRay>> {
+pub fn parse(bytes: &[u8], place: &str) -> Result<Vec<SampleRay>> {
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let file: RayFile = serde_path_to_error::deserialize(&mut json).map_err(|e| {
-        let field = e.path().to_string();
+        let field = one_line(e.path());
         let place = if field == "." { place.to_owned() } else { format!("{place}: {field}") };
         Error::input(place, one_line(&e.into_inner()))
     })?;
@@ -84,11 +86,6 @@ fn parse(bytes: &[u8], place: &str) -> Result<Vec<SampleRay>> {
         })
     })
     .collect()
-}
-
-/// serde_json's messages quote what they found, line ends included.
-fn one_line(error: &serde_json::Error) -> String {
-    error.to_string().chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 type Fault = (&'static str, String);
@@ -143,7 +140,7 @@ fn unit(field: &'static str, vector: [f64; 3], what: &str) -> std::result::Resul
 
 /// Writes the answers, whole or not at all: one line for each ray, in the order of the rays.
 pub fn write(path: &Path, samples: &[Sample]) -> Result<()> {
-    cumuli::output::write_atomically(path, |out| {
+    crate::output::write_atomically(path, |out| {
         out.write_all(b"{\"rays\": [")?;
         for (i, sample) in samples.iter().enumerate() {
             let entry = AnswerEntry {

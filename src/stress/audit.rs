@@ -1,0 +1,176 @@
+//! Reads back all that the kernels are bound to, and counts what breaks its rule.
+
+use half::f16;
+use serde::Serialize;
+
+use super::rules::{Float, Rule, SHARE_ROUNDING, rule};
+use crate::error::{Error, Result};
+use crate::frame::renderer::sky_inputs;
+use crate::frame::sky::gpu_data::SkyUniforms;
+use crate::gpu::Gpu;
+use crate::gpu::watch::{BufferValues, Resource};
+use crate::scene::Scene;
+
+/// Counts over all numbers.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Audit {
+    /// Floats that were looked at.
+    pub numbers: u64,
+    /// Not a number.
+    pub nan: u64,
+    /// Infinite.
+    pub infinite: u64,
+    /// Negative where only positive numbers have a meaning, radiance above all.
+    pub negative: u64,
+    /// Transmittances and other shares outside of 0 to 1.
+    pub outside: u64,
+    /// The first of all these.
+    pub first: Option<String>,
+}
+
+impl Audit {
+    fn take(&mut self, value: f32, float: Float, place: impl FnOnce() -> String) {
+        self.numbers += 1;
+        let (count, what) = if value.is_nan() {
+            (&mut self.nan, "is NaN")
+        } else if value.is_infinite() {
+            (&mut self.infinite, "is infinite")
+        } else if float == Float::Share && !(0.0..=1.0 + SHARE_ROUNDING).contains(&value) {
+            (&mut self.outside, "is outside of 0 to 1")
+        } else if float == Float::NotNegative && value < 0.0 {
+            (&mut self.negative, "is negative")
+        } else {
+            return;
+        };
+        *count += 1;
+        if self.first.is_none() {
+            self.first = Some(format!("{} {what}: {value:e}", place()));
+        }
+    }
+
+    fn buffer(&mut self, gpu: &Gpu, buffer: &wgpu::Buffer, values: &BufferValues) -> Result<()> {
+        let mut checked = Vec::new();
+        for leaf in &values.leaves {
+            let rule = rule_of(&leaf.name)?;
+            if leaf.is_float != matches!(rule, Rule::Floats(_)) {
+                return Err(Error::Failed(format!(
+                    "the rule of {} is for other numbers",
+                    leaf.name
+                )));
+            }
+            if rule != Rule::Whole {
+                checked.push((leaf, rule));
+            }
+        }
+        if checked.is_empty() {
+            return Ok(());
+        }
+        let words = gpu.read_buffer::<u32>(buffer, buffer.size() as usize / 4)?;
+        for (index, element) in words.chunks_exact(values.stride / 4).enumerate() {
+            for (leaf, rule) in &checked {
+                let first = leaf.offset / 4;
+                for (component, word) in element[first..first + leaf.components].iter().enumerate()
+                {
+                    let place = || format!("{}[{index}], number {component},", leaf.name);
+                    match rule {
+                        Rule::Whole => {}
+                        Rule::Floats(floats) => {
+                            self.take(f32::from_bits(*word), floats[component.min(3)], place);
+                        }
+                        Rule::Halves(float) => {
+                            for half in [*word as u16, (*word >> 16) as u16] {
+                                self.take(f16::from_bits(half).to_f32(), *float, place);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn texture(&mut self, gpu: &Gpu, name: &str, texture: &wgpu::Texture) -> Result<()> {
+        let Rule::Floats(floats) = rule_of(name)? else {
+            return Err(Error::Failed(format!("the rule of {name} is for other numbers")));
+        };
+        let mut texel = |index: usize, values: &[f32]| {
+            for (component, value) in values.iter().enumerate() {
+                let place = || format!("{name}, texel {index}, number {component},");
+                self.take(*value, floats[component], place);
+            }
+        };
+        match texture.format() {
+            wgpu::TextureFormat::Rgba32Float => {
+                let texels = gpu.read_texture::<[f32; 4]>(texture)?;
+                texels.iter().enumerate().for_each(|(i, t)| texel(i, t));
+            }
+            wgpu::TextureFormat::R32Float => {
+                let texels = gpu.read_texture::<f32>(texture)?;
+                texels.iter().enumerate().for_each(|(i, t)| texel(i, &[*t]));
+            }
+            wgpu::TextureFormat::Rgba16Float => {
+                let texels = gpu.read_texture::<[f16; 4]>(texture)?;
+                texels.iter().enumerate().for_each(|(i, t)| texel(i, &t.map(f16::to_f32)));
+            }
+            wgpu::TextureFormat::Rgba8Unorm => {
+                let texels = gpu.read_texture::<[u8; 4]>(texture)?;
+                let share = |t: &[u8; 4]| t.map(|v| f32::from(v) / 255.0);
+                texels.iter().enumerate().for_each(|(i, t)| texel(i, &share(t)));
+            }
+            other => {
+                return Err(Error::Failed(format!(
+                    "{name} is of format {other:?}, not known here"
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn rule_of(name: &str) -> Result<Rule> {
+    rule(name).ok_or_else(|| Error::Failed(format!("there is no rule for the numbers of {name}")))
+}
+
+/// Judges all that the kernels of this device are bound to, and the sky's uniforms for `scene`.
+pub fn audit(gpu: &Gpu, scene: &Scene) -> Result<Audit> {
+    let Some(watch) = gpu.watch() else {
+        return Err(Error::Failed("the device does not note its bindings".to_owned()));
+    };
+    let mut audit = Audit::default();
+    for binding in watch.bindings() {
+        match &binding.resource {
+            Resource::Buffer(buffer, values) => audit.buffer(gpu, buffer, values)?,
+            Resource::Texture(texture) => audit.texture(gpu, &binding.name, texture)?,
+        }
+    }
+    // The sky's shaders share one layout, which no kernel reflects. Its integers are finite floats.
+    let sky = SkyUniforms::new(&sky_inputs(scene));
+    let words: &[f32] = bytemuck::cast_slice(std::slice::from_ref(&sky));
+    for (i, value) in words.iter().enumerate() {
+        audit.take(*value, Float::Any, || format!("SkyUniforms, number {i},"));
+    }
+    Ok(audit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_fault_is_counted_once_and_the_first_is_told() {
+        let mut audit = Audit::default();
+        let none = || "some".to_owned();
+        audit.take(f32::MAX, Float::NotNegative, none);
+        audit.take(-1.0, Float::Any, none);
+        assert_eq!(audit, Audit { numbers: 2, ..Audit::default() });
+        audit.take(-1.0, Float::NotNegative, || "first".to_owned());
+        audit.take(f32::NAN, Float::Any, none);
+        audit.take(f32::NEG_INFINITY, Float::NotNegative, none);
+        audit.take(1.01, Float::Share, none);
+        audit.take(-0.01, Float::Share, none);
+        audit.take(-0.0, Float::Share, none);
+        let (numbers, nan, infinite, negative, outside) = (8, 1, 1, 1, 2);
+        let first = Some("first is negative: -1e0".to_owned());
+        assert_eq!(audit, Audit { numbers, nan, infinite, negative, outside, first });
+    }
+}

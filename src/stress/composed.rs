@@ -1,0 +1,162 @@
+//! How far a frame is from the exact compositor: the same light of each particle, everything else
+//! worked out in f64.
+
+use bytemuck::Zeroable;
+use glam::{DVec3, Vec3};
+use serde::Serialize;
+
+use super::{Case, Energy, Made};
+use crate::Result;
+use crate::error::Error;
+use crate::frame::Picture;
+use crate::frame::cpu::light_grid::FieldSeen;
+use crate::frame::cpu::segments::ChordInputs;
+use crate::frame::cpu::sky::Sky;
+use crate::frame::cpu::sky_march::Air;
+use crate::frame::gpu_data::LightGridUniforms;
+use crate::frame::renderer::sky_inputs;
+use crate::frame::view::frame_uniforms;
+use crate::reference::{AIR_STEPS, Exact, Filter, View};
+use crate::scene::{Scene, Sky as SkyOf};
+use crate::tables::TableSet;
+
+/// Pixels that are compared, evenly spread over the picture.
+const PIXELS: usize = 48;
+/// Particles up to which that takes seconds.
+const MOST_PARTICLES: u64 = 20_000;
+/// Differences that fail a case: they tell blunders. The errors of tables and marches have their own
+/// tests; where a noise shape has an optical depth of thousands, the outline of its last wisp
+/// is all or nothing in every pixel it crosses, and the march of 21 steps draws it elsewhere.
+const MOST_TRANSMITTANCE: f64 = 0.2;
+/// The same of radiance, over the root mean square of the exact one, where it is also more than
+/// `MOST_OF_ALLOWED` of what energy allows: deep inside of dark media the two may differ by any factor of
+/// next to nothing.
+const MOST_RADIANCE: f64 = 0.2;
+const MOST_OF_ALLOWED: f64 = 0.02;
+
+/// Radiance that counts as dark, over what energy allows: tables of the air and the light grid are in
+/// 16-bit floats, which end there.
+const DARK: f64 = 1e-4;
+
+/// Root mean square differences.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Difference {
+    /// Pixels compared.
+    pub pixels: usize,
+    /// Of transmittance.
+    pub transmittance: f64,
+    /// Of radiance, over the root mean square of the exact one, darkness apart; without pixels of the sun's disc, which
+    /// is so bright that it shows the last digit of the transmittance.
+    pub radiance: f64,
+    /// Of radiance, over the root mean square of what energy allows.
+    pub of_allowed: f64,
+}
+
+impl Difference {
+    /// Why it is too much.
+    pub fn failure(&self) -> Option<String> {
+        let bad = |value: f64, most: f64| value.is_nan() || value > most;
+        if bad(self.transmittance, MOST_TRANSMITTANCE) {
+            return Some(format!("transmittance is off by {:.4} RMS", self.transmittance));
+        }
+        (bad(self.radiance, MOST_RADIANCE) && bad(self.of_allowed, MOST_OF_ALLOWED))
+            .then(|| format!("radiance is off by {:.1} % RMS", 100.0 * self.radiance))
+    }
+}
+
+/// Tables of the air over a ground of some albedo: they take longer than a picture's pixels.
+#[derive(Clone, Debug)]
+pub struct KeptAir {
+    ground_albedo: Vec3,
+    air: Air,
+}
+
+/// The sky of a scene, with the last one's air where it fits. Without air any does.
+fn sky(scene: &Scene, kept: &mut Option<KeptAir>) -> Sky {
+    let inputs = sky_inputs(scene);
+    let fits =
+        |k: &KeptAir| scene.sky != SkyOf::Atmosphere || k.ground_albedo == inputs.ground_albedo;
+    if let Some(kept) = kept.as_ref().filter(|k| fits(k)) {
+        return Sky::with_air(&inputs, AIR_STEPS, kept.air.clone());
+    }
+    let sky = Sky::new(&inputs, AIR_STEPS);
+    *kept = Some(KeptAir { ground_albedo: inputs.ground_albedo, air: sky.air().clone() });
+    sky
+}
+
+/// What the exact picture is made with.
+pub struct Composed<'a> {
+    /// The renderer with its last frame.
+    pub made: &'a Made,
+    /// The tables.
+    pub tables: &'a TableSet,
+    /// What is too bright.
+    pub energy: &'a Energy<'a>,
+}
+
+impl Composed<'_> {
+    /// Composes some pixels of the last frame exactly; none where there are too many particles.
+    pub fn difference(
+        &self,
+        case: &Case,
+        picture: &Picture,
+        air: &mut Option<KeptAir>,
+    ) -> Result<Option<Difference>> {
+        let Self { made, tables, energy } = *self;
+        if picture.stats.counters.particles_generated > MOST_PARTICLES {
+            return Ok(None);
+        }
+        let (scene, size) = (&case.scene, case.size);
+        let medium = &scene.medium;
+        let scattering = tables.scattering_for(&medium.phase, medium.albedo).ok_or_else(|| {
+            Error::Failed(format!("the tables hold no scattering of {}", medium.phase))
+        })?;
+        let Made { renderer, truncation, halo, .. } = made;
+        let (particles, lights) = renderer.particles()?;
+        // No particles: no grid.
+        let field = if particles.is_empty() && scene.clouds.is_none() {
+            FieldSeen::new(LightGridUniforms::zeroed(), Vec::new(), DVec3::ZERO)
+        } else {
+            renderer.field()?
+        };
+        let quality = case.preset.quality();
+        let shift = DVec3::ZERO; // the field brings its own
+        let frame =
+            frame_uniforms(scene, &scene.camera, size, truncation, shift, &quality, 0, true);
+        let inputs = ChordInputs {
+            frame: &frame,
+            tables,
+            scattering,
+            phase: medium.phase.prepare(),
+            halo,
+            field: &field,
+        };
+        let exact = Exact::with_sky(scene, inputs, particles, lights, sky(scene, air))?;
+        let view = View::new(&scene.camera, size, None, Filter::Centre);
+        let count = picture.radiance.len();
+        let compared = count.min(PIXELS);
+        let (mut transmittance, mut radiance, mut total, mut allowed) = (0.0, 0.0, 0.0, 0.0);
+        for i in 0..compared {
+            // A step that shares no factor with the width: not the same column every time.
+            let index = (i * count / compared + i % 7).min(count - 1);
+            let [x, y] = [index % size[0] as usize, index / size[0] as usize];
+            let dir = view.ray([x as f64 + 0.5, y as f64 + 0.5], [0.0; 2]).dir;
+            let expected = exact.pixel(dir);
+            let [r, g, b, opacity] = picture.radiance[index].map(f64::from);
+            transmittance += (1.0 - opacity - expected.transmittance).powi(2);
+            if !energy.meets_disc(dir) {
+                radiance += (DVec3::new(r, g, b) - expected.radiance).length_squared();
+                let bound = energy.bound(dir);
+                total += expected.radiance.length_squared() + (DARK * bound).powi(2);
+                allowed += 3.0 * bound * bound;
+            }
+        }
+        let over = |of: f64| if radiance == 0.0 { 0.0 } else { (radiance / of).sqrt() };
+        Ok(Some(Difference {
+            pixels: compared,
+            transmittance: (transmittance / compared as f64).sqrt(),
+            radiance: over(total),
+            of_allowed: over(allowed),
+        }))
+    }
+}

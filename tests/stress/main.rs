@@ -1,0 +1,128 @@
+//! Numbers under stress, as `cumuli stress` has it, at a size for every day; and the same bits,
+//! however often and in whatever order.
+
+mod determinism;
+mod rules;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use cumuli::frame::Preset;
+use cumuli::stress::beyond::beyond;
+use cumuli::stress::corners::corners;
+use cumuli::stress::{Case, MEDIA, Row, Stress, random};
+
+/// Two tiles across and up, so that borders of tiles are in it.
+const SIZE: [u32; 2] = [16, 9];
+
+/// Software adapters use all cores for one frame.
+fn alone() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[track_caller]
+fn assert_all_pass(rows: &[Row]) {
+    let failed = rows.iter().filter_map(|r| Some(format!("{}: {}", r.name, r.failure.as_ref()?)));
+    let failed: Vec<_> = failed.collect();
+    assert!(failed.is_empty(), "{} of {}:\n{}", failed.len(), rows.len(), failed.join("\n"));
+    // A case that looks at nothing would pass always.
+    assert!(rows.iter().all(|r| r.audit.numbers > 100_000), "too few numbers");
+}
+
+fn run(stress: &mut Stress, cases: &[Case]) -> Vec<Row> {
+    cases.iter().map(|case| stress.run(case).0).collect()
+}
+
+/// Every so many corners are enough for every day: neighbours in the list are of a kind.
+const SOME: usize = 8;
+
+fn corners_pass(cases: &[Case], preset: Preset) {
+    let _turn = alone();
+    let mut stress = Stress::new(&MEDIA).expect("a device and tables");
+    let rows = run(&mut stress, cases);
+    assert_all_pass(&rows);
+    // Most corners have clouds in them, and are compared with the exact compositor.
+    assert!(rows.iter().filter(|r| r.particles > 0).count() > rows.len() * 8 / 10, "{preset}");
+    assert!(rows.iter().all(|r| r.composed.is_some()), "{preset}");
+}
+
+#[test]
+fn some_corners_are_sound() {
+    let some: Vec<_> = corners(SIZE, Preset::Low).into_iter().step_by(SOME).collect();
+    corners_pass(&some, Preset::Low);
+}
+
+#[test]
+#[ignore = "all corners at two qualities take minutes"]
+fn all_corners_are_sound() {
+    for preset in [Preset::Low, Preset::High] {
+        corners_pass(&corners(SIZE, preset), preset);
+    }
+}
+
+#[test]
+fn random_scenes_are_sound() {
+    let _turn = alone();
+    let mut stress = Stress::new(&[]).expect("a device and tables");
+    let cases: Vec<_> = (0..12)
+        .map(|number| random::case(7, number, SIZE, Some(Preset::Low), stress.tables()))
+        .collect();
+    assert_all_pass(&run(&mut stress, &cases));
+}
+
+#[test]
+fn a_frame_that_is_wrong_fails() {
+    let _turn = alone();
+    let mut stress = Stress::new(&[]).expect("a device and tables");
+    let mut cases = corners(SIZE, Preset::Low);
+    cases.retain(|case| case.name == "one particle");
+    let case = &mut cases[0];
+    assert!(stress.run(case).0.passes());
+    // The made picture is that of another light: too bright, and not what is composed.
+    let picture = stress.run(case).1.expect("a picture");
+    let mut bright = picture.clone();
+    bright.radiance[3][1] = 1e4;
+    let size = case.size;
+    let made = stress.made(case).expect("made");
+    let energy = cumuli::stress::Energy::new(&case.scene, made);
+    assert!(energy.largest(&case.scene, &picture) < 1.0);
+    assert!(energy.largest(&case.scene, &bright) > 1.0);
+    bright.radiance[0][0] = f32::NAN;
+    assert!(energy.largest(&case.scene, &bright).is_nan());
+    assert_eq!(size, SIZE);
+}
+
+#[test]
+fn the_renderer_refuses_what_is_beyond_the_limits() {
+    let _turn = alone();
+    let mut stress = Stress::new(&[]).expect("a device and tables");
+    let first = corners(SIZE, Preset::Low).swap_remove(0);
+    let medium = first.scene.medium;
+    for beyond in beyond() {
+        // A renderer that is there, and one that would be made for it.
+        let case = Case {
+            name: beyond.field.to_owned(),
+            scene: beyond.scene.clone(),
+            time: beyond.time,
+            size: SIZE,
+            preset: Preset::Low,
+        };
+        let renderer = &mut stress.made(&first).expect("a renderer").renderer;
+        let refused = renderer.render(&case.scene, case.time, SIZE).expect_err(beyond.field);
+        let text = refused.to_string();
+        assert!(text.contains(beyond.field) || text.starts_with("medium"), "{text}");
+        assert_eq!(refused.exit_code(), 2, "{text}");
+        assert!(!text.contains('\n'), "{text}");
+        if case.scene.medium != medium {
+            let (row, picture) = stress.run(&case);
+            assert!(picture.is_none() && row.failure.is_some_and(|f| f.contains(beyond.field)));
+        }
+    }
+    let renderer = &mut stress.made(&first).expect("a renderer").renderer;
+    for size in [[0, 1], [1, 0], [8193, 1], [u32::MAX, u32::MAX]] {
+        let refused = renderer.render(&first.scene, 0.0, size).expect_err("a size");
+        assert_eq!(refused.exit_code(), 2, "{refused}");
+    }
+    // And is none the worse for it.
+    assert!(stress.run(&first).0.passes());
+}

@@ -1,0 +1,46 @@
+//! The rules for a frame's numbers and the numbers there are: neither without the other.
+
+use std::collections::BTreeSet;
+
+use cumuli::frame::Preset;
+use cumuli::gpu::watch::Resource;
+use cumuli::medium::Phase;
+use cumuli::scene::Medium;
+use cumuli::stress::corners::corners;
+use cumuli::stress::rules::{FLOATS, WHOLE, rule};
+use cumuli::stress::{MEDIA, Stress};
+
+use crate::{SIZE, alone};
+
+#[test]
+fn every_number_has_a_rule_and_every_rule_a_number() {
+    let _turn = alone();
+    let mut stress = Stress::new(&MEDIA).expect("a device and tables");
+    let mut found = BTreeSet::new();
+    // A field and listed particles; and a medium that absorbs, which has other shaders.
+    let mut cases = corners(SIZE, Preset::Low);
+    cases.retain(|case| case.name == "a giant over a field");
+    let mut absorbing = cases[0].clone();
+    absorbing.scene.medium = Medium { phase: Phase::Hg { g: -0.5 }, albedo: 0.5 };
+    cases.push(absorbing);
+    for case in &cases {
+        stress.run(case);
+        let watch = stress.gpu().watch().expect("a device that is watched");
+        for binding in watch.bindings() {
+            match binding.resource {
+                Resource::Texture(_) => {
+                    found.insert(binding.name);
+                }
+                Resource::Buffer(_, values) => {
+                    assert!(!values.leaves.is_empty(), "{} holds nothing", binding.name);
+                    found.extend(values.leaves.iter().map(|leaf| leaf.name.clone()));
+                }
+            }
+        }
+    }
+    let without: Vec<_> = found.iter().filter(|name| rule(name).is_none()).collect();
+    assert!(without.is_empty(), "no rule for {without:?}");
+    let ruled = FLOATS.iter().map(|(name, _)| *name).chain(WHOLE.iter().copied());
+    let stale: Vec<_> = ruled.filter(|name| !found.contains(*name)).collect();
+    assert!(stale.is_empty(), "rules for nothing: {stale:?}");
+}
