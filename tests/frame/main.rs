@@ -1,6 +1,7 @@
 //! Whole frames on the device: what each pass contributes, what is skipped, energy, extremes.
 
 mod blend;
+mod distant;
 mod furnace;
 mod march;
 mod passes;
