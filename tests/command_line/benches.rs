@@ -149,7 +149,7 @@ fn scenes_of_ones_own_and_presets_in_turn() {
     tables.save(&place.path("same.safetensors")).expect("saved");
     let run = place.works(
         "bench --quick --size 32x18 --frames 3 --scene small.toml --preset low --against high \
-         --set pending=3 --spp 2 --more-tables same.safetensors --out b",
+         --set steps=3 --spp 2 --more-tables same.safetensors --out b",
     );
     let bench = json(&place, "b/bench.json");
     let runs = bench["runs"].as_array().expect("runs");
@@ -159,7 +159,7 @@ fn scenes_of_ones_own_and_presets_in_turn() {
         .collect();
     let [paused, animated] = ["small/paused", "small/animated"];
     assert_eq!(names, [[paused, "low"], [paused, "high"], [animated, "low"], [animated, "high"]]);
-    assert_eq!(bench["settings"]["set"], serde_json::json!(["pending=3"]));
+    assert_eq!(bench["settings"]["set"], serde_json::json!(["steps=3"]));
     assert_eq!(bench["curves"][0]["reference"], "traced with 2 paths a pixel");
     let model = &bench["curves"][0]["points"][0]["model"];
     assert!(model["rel_mse_of_noise"].as_f64().is_some_and(|e| e > 0.0), "{model}");
@@ -192,7 +192,7 @@ fn what_cannot_be_measured_is_refused() {
     }
     for (arguments, part) in [
         ("bench --frames 0", "1 to 1000000"),
-        ("bench --set pending=0", "from 1 to 32"),
+        ("bench --set steps=0", "from 1 to 32"),
         ("bench --compare bench.json", "2 values"),
         ("bench --compare bench.json bench.json --quick", "--quick"),
     ] {
