@@ -183,6 +183,9 @@ fn relaxed(at: u32, wanted: vec3<f32>) -> vec3<f32> {
     return mix(unpack_light(sources[at]), wanted, stage.relaxation);
 }
 
+// Light below this is none: where no direction has any, nothing is divided by 0.
+const LEAST_KEPT: f32 = 1e-30;
+
 // Scatters the light of a cell: a phase function of degree 2 needs of the light its even part, by
 // pairs of opposite directions, and the first moment of its odd part.
 @compute @workgroup_size(64)
@@ -236,7 +239,7 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
         // A phase function of degree 2 is negative at some angles: in the end there is no light there,
         // and the other directions give what that adds. Where nothing is negative nothing changes,
         // to the bit.
-        let balance = select(max(sum, vec3(0.0)) / kept, vec3(1.0), sum >= kept);
+        let balance = select(max(sum, vec3(0.0)) / max(kept, vec3(LEAST_KEPT)), vec3(1.0), sum >= kept);
         for (var d = 0u; d < DIRECTIONS; d++) {
             scattered[d] = balance * max(scattered[d], vec3(0.0));
         }

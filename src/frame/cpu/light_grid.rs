@@ -47,7 +47,7 @@ use half::f16;
 use self::cells::{Crossing, cells, centre, corners, index, side};
 use self::sweep::mean_transmittance;
 use crate::frame::gpu_data::{GridLevel, LightGridUniforms, Particle};
-use crate::frame::light_grid::relaxations;
+use crate::frame::light_grid::{least_eigenvalue, relaxations};
 
 /// Directions of travel.
 pub const DIRECTIONS: usize = 12;
@@ -87,7 +87,8 @@ fn phase(moments: [f64; 2], cosine: f64) -> f64 {
 fn positive(scattered: [CellLight; DIRECTIONS]) -> [CellLight; DIRECTIONS] {
     let sum: DVec3 = scattered.iter().sum();
     let kept: DVec3 = scattered.iter().map(|s| s.max(DVec3::ZERO)).sum();
-    let share = |sum: f64, kept: f64| if sum >= kept { 1.0 } else { sum.max(0.0) / kept };
+    let share =
+        |sum: f64, kept: f64| if sum >= kept { 1.0 } else { sum.max(0.0) / kept.max(1e-30) };
     let balance = DVec3::new(share(sum.x, kept.x), share(sum.y, kept.y), share(sum.z, kept.z));
     scattered.map(|s| balance * s.max(DVec3::ZERO))
 }
@@ -146,7 +147,7 @@ impl GridLight {
         for particle in particles {
             grid.splat(particle, f64::from(spreads[particle.shape as usize]));
         }
-        let [coarsest, finer] = turns.map(relaxations);
+        let [coarsest, finer] = turns.map(|turns| relaxations(turns, least_eigenvalue(uniforms)));
         let levels = grid.levels();
         for inner in (0..levels).rev() {
             grid.start(inner);

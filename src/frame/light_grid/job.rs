@@ -4,7 +4,7 @@ use bytemuck::Zeroable;
 
 use super::inputs::GridInputs;
 use super::pass::{DIRECTIONS, LightGridPass};
-use super::relaxation::relaxations;
+use super::relaxation::{least_eigenvalue, relaxations};
 use crate::frame::gpu_data::{GridEye, GridStage, LightGridUniforms, Particle};
 use crate::frame::passes::Passes;
 use crate::frame::rings::{RingJob, particle_count_buffer};
@@ -174,7 +174,7 @@ fn stages(gpu: &Gpu, inputs: &GridInputs) -> (wgpu::Buffer, Vec<Vec<u64>>) {
     let (mut bytes, mut offsets) = (Vec::new(), Vec::new());
     for level in 0..inputs.levels.levels.len() {
         let mut of_level = Vec::new();
-        let steps = relaxations(inputs.turns_of(level));
+        let steps = relaxations(inputs.turns_of(level), least_eigenvalue(&inputs.uniforms));
         for (turn, relaxation) in steps.iter().copied().enumerate() {
             let is_last = u32::from(turn + 1 == steps.len());
             let stage = GridStage { level: level as u32, relaxation, is_last, padding_c: 0 };

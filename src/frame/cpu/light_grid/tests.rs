@@ -96,7 +96,7 @@ fn all_sunlight_that_is_taken_leaves() {
         let mut grid = ragged(thickest);
         grid.start(0);
         let mut leaves = Default::default();
-        for step in relaxations(257) {
+        for step in relaxations(257, 0.0) {
             leaves = grid.turn(0, f64::from(step), false);
         }
         let (taken, left) = taken_and_left(&grid, &leaves);
@@ -115,7 +115,7 @@ fn all_sunlight_that_is_taken_leaves() {
 fn uniform_light_stays_uniform() {
     let mut grid = ragged(12.0);
     grid.start(0);
-    for step in relaxations(17) {
+    for step in relaxations(17, 0.0) {
         grid.turn(0, f64::from(step), false);
     }
     for (light, extinction) in grid.lights.iter().zip(grid.extinction.iter().cycle()) {
@@ -140,10 +140,10 @@ fn relaxed_turns_converge_faster_than_plain_ones() {
         }
         grid
     };
-    let converged = solved(&relaxations(257));
+    let converged = solved(&relaxations(257, 0.0));
     for turns in [5, 9, 17] {
         let plain = off(&solved(&vec![1.0; turns]), &converged);
-        let relaxed = off(&solved(&relaxations(turns as u32)), &converged);
+        let relaxed = off(&solved(&relaxations(turns as u32, 0.0)), &converged);
         println!("{turns} turns: plain {plain:e}, relaxed {relaxed:e}");
         assert!(relaxed < plain, "{turns} turns: plain {plain}, relaxed {relaxed}");
     }
