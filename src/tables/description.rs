@@ -146,7 +146,8 @@ impl Description {
             if expected == found {
                 return Ok(());
             }
-            let found: String = found.chars().take(60).collect();
+            let shown = |c: char| if c.is_control() { ' ' } else { c };
+            let found: String = found.chars().take(60).map(shown).collect();
             Err(Error::input(
                 format!("{place}: {field}"),
                 format!("expected {expected}, found {found}; bake the tables anew with precompute"),
