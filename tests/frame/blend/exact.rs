@@ -1,0 +1,89 @@
+//! What the blend is compared with: an integration in small steps, and the merge of the original.
+
+use crate::TABLES;
+use cumuli::frame::cpu::blend::Pixel;
+use cumuli::frame::cpu::segments::{Composed, compose as compose_segments};
+use cumuli::frame::gpu_data::{FrameUniforms, Particle};
+use cumuli::tables::optical_depth::volume::copy_for;
+use glam::{DQuat, DVec3, Vec3};
+
+use super::clouds::Cloud;
+use super::rays::by_pixel;
+
+/// The picture with one open chord a pixel.
+pub(super) fn merge(frame: &FrameUniforms, cloud: &Cloud) -> (Vec<[f32; 4]>, Vec<f32>) {
+    let pixel = |pixel: &Pixel<'_>| {
+        let both = pixel.particles.iter().zip(pixel.lights);
+        let chords: Vec<_> =
+            both.filter_map(|(p, l)| pixel.inputs.chord(p, l, pixel.dir, pixel.far)).collect();
+        let seen = compose_segments(&chords, &pixel.inputs.ray(pixel.dir), 1, 0.0);
+        (seen.radiance.extend(seen.transmittance).as_vec4().to_array(), seen.distance as f32)
+    };
+    by_pixel(frame, cloud, pixel).into_iter().unzip()
+}
+
+/// Steps of the exact compositor in a radius of the smallest particle on a stretch of the ray.
+pub(super) const FINE: f64 = 150.0;
+
+/// The filtered copy that is read for a particle.
+pub(super) fn copy_in(pixel: &Pixel<'_>, particle: &Particle) -> usize {
+    let frame = pixel.inputs.frame;
+    let pixels_per_radian = 0.5 * frame.size[0] as f32 / Vec3::from_slice(&frame.right).length();
+    let distance = Vec3::from(particle.centre).length().max(particle.radius);
+    copy_for(particle.radius * pixels_per_radian / distance)
+}
+
+/// Adds up all particles at every point of a ray, in small steps.
+pub(super) fn integrate(pixel: &Pixel<'_>) -> Composed {
+    let ray = pixel.inputs.ray(pixel.dir);
+    let both = pixel.particles.iter().zip(pixel.lights);
+    let chords: Vec<_> = both
+        .filter_map(|(p, l)| {
+            let chord = pixel.inputs.chord(p, l, pixel.dir, pixel.far)?;
+            Some((p, chord))
+        })
+        .collect();
+    let mut ends: Vec<f64> = chords.iter().flat_map(|(_, c)| [c.begin, c.end]).collect();
+    ends.sort_by(f64::total_cmp);
+    let mut sum = Composed { radiance: DVec3::ZERO, transmittance: 1.0, distance: 0.0 };
+    for stretch in ends.windows(2) {
+        let [from, to] = [stretch[0], stretch[1]];
+        let open: Vec<_> = chords.iter().filter(|(_, c)| c.begin <= from && c.end >= to).collect();
+        let smallest = open.iter().map(|(p, _)| p.radius).fold(f32::INFINITY, f32::min);
+        let count = ((to - from) / f64::from(smallest) * FINE).ceil().max(4.0);
+        let step = (to - from) / count;
+        if open.is_empty() || step <= 0.0 {
+            continue;
+        }
+        for i in 0..count as usize {
+            let begin = from + step * i as f64;
+            let middle = begin + 0.5 * step;
+            let matter: Vec<f64> = open
+                .iter()
+                .map(|(p, _)| {
+                    let turn = DQuat::from_array(p.orientation.map(f64::from));
+                    let copy = copy_in(pixel, p);
+                    let at = (middle * pixel.dir - Vec3::from(p.centre).as_dvec3())
+                        / f64::from(p.radius);
+                    f64::from(p.extinction) * step * TABLES.density(p.shape, turn * at, copy)
+                })
+                .collect();
+            let tau: f64 = matter.iter().sum();
+            let lit = ray.piece(begin, begin + step, tau, 0.5, 0.0);
+            let mut light = DVec3::ZERO;
+            for ((_, chord), matter) in open.iter().zip(matter) {
+                let share = |t: f64| (t - chord.begin) / (chord.end - chord.begin);
+                light += matter * lit.source(&chord.light, share(begin), share(begin + step));
+            }
+            let weight = sum.transmittance * -(-tau).exp_m1();
+            if tau > 0.0 {
+                sum.radiance += weight / tau * light;
+            }
+            sum.distance += weight * middle;
+            sum.transmittance *= (-tau).exp();
+        }
+    }
+    let opacity = 1.0 - sum.transmittance;
+    sum.distance = if opacity > 0.0 { sum.distance / opacity } else { 0.0 };
+    sum
+}
