@@ -1,11 +1,17 @@
-//! The renderer: decides what a frame needs, records its passes, reads the picture back.
+//! The renderer: decides what a frame needs, has it recorded, reads the picture back. `key` says what
+//! a frame depends on, `record` records its passes, `hooks` is for measurements.
 
-use super::composer::{ComposeInputs, Composer};
-use super::cpu::light_grid::FieldSeen;
-use super::gpu_data::{FrameUniforms, Particle, ParticleCount, ParticleLight};
-use super::light_grid::{
-    GridInputs, GridMedium, GridSize, GridWork, LightGrid, Spreads, scale_field, scale_particles,
-};
+mod hooks;
+mod key;
+mod record;
+
+pub use key::sky_inputs;
+
+use glam::DVec3;
+
+use super::composer::Composer;
+use super::gpu_data::ParticleLight;
+use super::light_grid::{GridInputs, GridMedium, GridSize, GridWork, LightGrid, Spreads};
 use super::passes::Passes;
 use super::picture::{FrameStats, Picture};
 use super::plan::{FrameKey, FramePlan, Pass};
@@ -14,15 +20,14 @@ use super::resources::{Capacities, Layout, ListCapacity, Resources};
 use super::rings;
 use super::settings::{Quality, RenderSettings};
 use super::shadow::ShadowJob;
-use super::sky::{SkyInputs, SkyKind, SkyPass, SkyWork};
+use super::sky::{SkyPass, SkyWork};
 use super::stats::{Counts, StatsReader, pass_times};
-use super::view::{self, Bounds, SCREEN_TILE};
+use super::view::SCREEN_TILE;
 use crate::gpu::{Gpu, ShaderLibrary, buffers};
 use crate::medium::{Halo, Truncation};
-use crate::scene::{Medium, Scene, Sky, check_time};
+use crate::scene::{Medium, Scene, check_time};
 use crate::tables::{TableSet, TablesGpu};
 use crate::{Error, Result};
-use glam::DVec3;
 
 /// First capacities: a frame that needs more makes them grow.
 const FIRST_LISTS: ListCapacity = ListCapacity { bins: 1 << 15, tiles: 1 << 17 };
@@ -30,10 +35,6 @@ const FIRST_PARTICLES: u32 = 1 << 14;
 /// Growing one list can make room for more in the next: particles, bins, tiles, then once more
 /// for whatever the fuller lists want.
 const MOST_ATTEMPTS: usize = 5;
-
-/// Epochs of light run from 1 to this and over: all of them are exact in f32. Buffers start with
-/// 0, which is none.
-const LAST_EPOCH: u32 = 1 << 24;
 
 /// Makes frames of scenes with one phase function, on one device.
 pub struct Renderer {
@@ -151,62 +152,6 @@ impl Renderer {
         Err(Error::Gpu("the lists of this frame keep growing".to_owned()))
     }
 
-    /// The last frame's particles and their light, read back; in the order of the device's buffers.
-    /// Only particles in view have light.
-    pub fn particles(&self) -> Result<(Vec<Particle>, Vec<ParticleLight>)> {
-        let Some(resources) = &self.resources else {
-            return Err(Error::Gpu("no frame was made".to_owned()));
-        };
-        let counts = self.gpu.read_buffer::<ParticleCount>(&resources.particle_count, 1)?;
-        let capacity = resources.layout.capacities.particles;
-        let count = counts.first().map_or(0, |c| c.particles.min(capacity)) as usize;
-        let particles = self.gpu.read_buffer(&resources.particles, count)?;
-        Ok((particles, self.gpu.read_buffer(&resources.particle_lights, count)?))
-    }
-
-    /// What the light grid sends to the last frame's eye, read back.
-    pub fn field(&self) -> Result<FieldSeen> {
-        self.grid.seen(&self.gpu)
-    }
-
-    /// Opacity-weighted distance of the clouds in every pixel of the last frame (m), read back; 0
-    /// where there are none.
-    pub fn distance(&self) -> Result<Vec<f32>> {
-        let Some(resources) = &self.resources else {
-            return Err(Error::Gpu("no frame was made".to_owned()));
-        };
-        self.gpu.read_texture(resources.targets.distance.texture())
-    }
-
-    /// Lets something else than the blend compose the particles from the next frame on, or again
-    /// the blend.
-    pub fn compose_with(&mut self, composer: Option<Box<dyn Composer>>) {
-        let unneeded = |c: &Option<Box<dyn Composer>>| c.as_ref().map_or(&[][..], |c| c.unneeded());
-        // The light grid holds what it was told it does only if its passes ran.
-        if unneeded(&self.composer) != unneeded(&composer) {
-            self.grid = LightGrid::default();
-        }
-        self.composer = composer;
-        self.last = None;
-    }
-
-    /// Layouts of the bind groups that a composer is handed: tables, sky, light field.
-    pub fn layouts(&self) -> [&wgpu::BindGroupLayout; 3] {
-        [self.tables.layout(), self.sky.layout(), self.passes.light_grid.layout()]
-    }
-
-    /// Whether the times of passes are wanted from the next frame on, even where taking them makes
-    /// frames slower.
-    pub fn time_passes(&mut self, wanted: bool) -> Result<()> {
-        self.stats.set_timing(&self.gpu, wanted)
-    }
-
-    /// Takes nothing of the frames before over into the next: it is made as the first one is.
-    pub fn forget(&mut self) {
-        self.last = None;
-        self.grid = LightGrid::default();
-    }
-
     /// The last frame's tone-mapped texture.
     pub fn display(&self) -> Option<&wgpu::Texture> {
         self.resources.as_ref().map(|r| &r.targets.display)
@@ -215,7 +160,7 @@ impl Renderer {
     fn grow(&mut self, next: Capacities) -> Result<()> {
         let most = self.gpu.device.limits().max_storage_buffer_binding_size;
         let largest = [
-            u64::from(next.particles) * size_of::<super::gpu_data::ParticleLight>() as u64,
+            u64::from(next.particles) * size_of::<ParticleLight>() as u64,
             u64::from(next.screen.tiles) * 4,
             u64::from(next.light.tiles) * 4,
         ];
@@ -286,214 +231,4 @@ impl Renderer {
         self.last = Some(key);
         Ok((stats, counts))
     }
-
-    /// Everything this frame's picture depends on.
-    fn key(&self, scene: &Scene, time: f64, size: [u32; 2], shift: DVec3) -> Result<FrameKey> {
-        let camera = &scene.camera;
-        let scale = self.truncation.scale(scene.medium.albedo);
-        let mut listed = self.shapes.listed(&scene.particles, camera.position)?;
-        scale_particles(&mut listed, scale);
-        let first_slot = listed.len() as u32;
-        let mut clouds = self.shapes.field(scene, time, first_slot, self.capacities.particles)?;
-        if let Some(clouds) = &mut clouds {
-            scale_field(clouds, scale);
-        }
-        let has_clouds = (clouds.is_some() || !listed.is_empty()) && self.omit != Some(Pass::Blend);
-        let bounds = bounds(scene, time);
-        let samples = self.quality.light_samples;
-        let light = view::light_view(scene.sun.direction, &bounds, camera.position, samples);
-        Ok(FrameKey {
-            frame: view::frame_uniforms(
-                scene,
-                camera,
-                size,
-                &self.truncation,
-                shift,
-                &self.quality,
-                self.capacities.particles,
-                has_clouds,
-            ),
-            clouds,
-            listed,
-            light,
-            shadow: view::shadow_uniforms(camera.position, &bounds, self.quality.shadow_resolution),
-        })
-    }
-
-    fn record(
-        &mut self,
-        resources: &Resources,
-        plan: &FramePlan,
-        key: &FrameKey,
-        sky: SkyWork,
-        grid: Option<(&GridInputs, DVec3)>,
-    ) -> Result<()> {
-        let gpu = &self.gpu;
-        let passes = &self.passes;
-        if plan.relit() {
-            self.light_epoch = self.light_epoch % LAST_EPOCH + 1;
-        }
-        let frame = FrameUniforms { light_epoch: self.light_epoch, ..key.frame };
-        gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&frame));
-        resources.write_view(gpu, &key.light);
-        gpu.queue.write_buffer(&self.shadow.uniforms, 0, bytemuck::bytes_of(&key.shadow));
-        if self.last.as_ref().is_none_or(|l| l.listed != key.listed) {
-            gpu.queue.write_buffer(&resources.particles, 0, bytemuck::cast_slice(&key.listed));
-        }
-        if key.clouds.is_none() {
-            let count = key.listed.len() as u32;
-            gpu.queue.write_buffer(
-                &resources.particle_count,
-                0,
-                bytemuck::cast_slice(&[count, count]),
-            );
-        }
-
-        let (tables, sky_bindings) = (self.tables.bind_group(), self.sky.bind_group());
-        let mut encoder = gpu
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        if plan.runs(Pass::Project) && plan.screen_order() {
-            encoder.clear_buffer(&resources.visible, 0, None);
-        }
-        if plan.runs(Pass::Blend) {
-            encoder.clear_buffer(&resources.blend_counts, 0, None);
-        }
-        let pictures: Vec<_> = [
-            plan.screen_order().then_some((&resources.screen, &passes.screen_project)),
-            plan.light_order().then_some((&resources.light.lists, &passes.light_project)),
-        ]
-        .into_iter()
-        .flatten()
-        .collect();
-        for pass in Pass::ALL.into_iter().filter(|p| plan.runs(*p)) {
-            self.stats.timed(gpu, pass, &mut encoder, |encoder| {
-                if pass == Pass::Sky {
-                    return self.sky.encode(encoder, sky);
-                }
-                if pass == Pass::LightGrid {
-                    if let Some((inputs, _)) = grid {
-                        passes.light_grid.encode_solve(gpu, encoder, passes, &self.grid, inputs);
-                    }
-                    return;
-                }
-                let compute = &mut compute_pass(encoder, pass);
-                match pass {
-                    Pass::Sky | Pass::LightGrid => {}
-                    Pass::LightField => {
-                        if let Some((inputs, shift)) = grid {
-                            passes.light_grid.encode_field(gpu, compute, &self.grid, inputs, shift);
-                        }
-                    }
-                    Pass::Rings => {
-                        if let (Some(job), Some(clouds)) = (&resources.rings, &key.clouds) {
-                            passes.rings.encode(gpu, compute, &passes.lists.scan, job, clouds);
-                        }
-                    }
-                    Pass::Project => {
-                        pictures.iter().for_each(|(lists, p)| lists.encode_project(compute, p));
-                    }
-                    Pass::Sort => {
-                        pictures.iter().for_each(|(l, _)| l.encode_sort(compute, &passes.lists));
-                    }
-                    Pass::TileLists => {
-                        pictures.iter().for_each(|(l, _)| l.encode_lists(compute, &passes.lists));
-                    }
-                    Pass::Light => {
-                        if let Some(field) = self.grid.bind_group() {
-                            let groups = [tables, sky_bindings, field];
-                            passes.light.encode(compute, &resources.light.job, groups);
-                        }
-                    }
-                    Pass::Shadow => {
-                        passes.shadow.encode(
-                            compute,
-                            &self.shadow,
-                            &resources.shadow_bindings,
-                            tables,
-                        );
-                    }
-                    Pass::Blend => {
-                        let bindings = &resources.blend_bindings;
-                        if let Some(field) = self.grid.bind_group() {
-                            let groups = [tables, sky_bindings, field];
-                            if let Some(composer) = &self.composer {
-                                let inputs = ComposeInputs { resources, phase: &self.phase };
-                                composer.encode(gpu, compute, &inputs, groups);
-                            } else {
-                                passes.blend.encode(compute, key.frame.size, bindings, groups);
-                            }
-                        }
-                    }
-                    Pass::Resolve => {
-                        let bindings = &resources.resolve_bindings;
-                        passes.resolve.encode(
-                            compute,
-                            key.frame.size,
-                            bindings,
-                            tables,
-                            sky_bindings,
-                        );
-                    }
-                    Pass::Tonemap => {
-                        passes.tonemap.encode(compute, key.frame.size, &resources.tonemap_bindings);
-                    }
-                }
-            })?;
-        }
-        let grid_count = self.grid.particle_count().filter(|_| grid.is_some());
-        self.stats.gather(&mut encoder, resources, grid_count);
-        gpu.queue.submit([encoder.finish()]);
-        Ok(())
-    }
-}
-
-fn compute_pass(encoder: &mut wgpu::CommandEncoder, pass: Pass) -> wgpu::ComputePass<'_> {
-    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-        label: Some(pass.name()),
-        timestamp_writes: None,
-    })
-}
-
-/// What the sky of a scene depends on.
-pub fn sky_inputs(scene: &Scene) -> SkyInputs {
-    SkyInputs {
-        kind: match scene.sky {
-            Sky::Uniform { radiance } => SkyKind::Uniform { radiance: radiance as f32 },
-            Sky::Atmosphere => SkyKind::Atmosphere,
-        },
-        sun_direction: scene.sun.direction.as_vec3(),
-        sun_irradiance: scene.sun.irradiance as f32,
-        angular_diameter: scene.sun.angular_diameter.to_radians() as f32,
-        camera_altitude: scene.camera.position.y,
-        ground_albedo: scene.effective_ground().map_or(DVec3::ZERO, |g| g.albedo).as_vec3(),
-    }
-}
-
-/// A box around all particles of the scene.
-fn bounds(scene: &Scene, time: f64) -> Bounds {
-    let mut result = Bounds { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, detail: 1e-3 };
-    if let Some(field) = &scene.clouds {
-        let reach = rings::reach(field);
-        let largest = field.particle_size * field.cell_size;
-        let camera = scene.camera.position;
-        let base = field.base + field.wind.y * time;
-        result.low = DVec3::new(camera.x - reach, base - largest, camera.z - reach);
-        result.high =
-            DVec3::new(camera.x + reach, base + 1.5 * field.thickness + largest, camera.z + reach);
-        result.detail = largest;
-    }
-    if !scene.particles.is_empty() {
-        let mut radii = 0.0;
-        for particle in &scene.particles {
-            result.low = result.low.min(particle.centre - particle.radius);
-            result.high = result.high.max(particle.centre + particle.radius);
-            radii += particle.radius;
-        }
-        result.detail = result.detail.max(radii / scene.particles.len() as f64);
-    }
-    if result.low.x > result.high.x {
-        result = Bounds { low: DVec3::ZERO, high: DVec3::ONE, detail: 1.0 };
-    }
-    result
 }
