@@ -9,12 +9,14 @@ pub use key::sky_inputs;
 
 use glam::DVec3;
 
+use super::changes::Changes;
 use super::composer::Composer;
 use super::gpu_data::ParticleLight;
+use super::in_view::{InView, in_view};
 use super::light_grid::{GridInputs, GridMedium, GridSize, GridWork, LightGrid, Spreads};
 use super::passes::Passes;
 use super::picture::{FrameStats, Picture};
-use super::plan::{FrameKey, FramePlan, Pass};
+use super::plan::{FramePlan, Pass};
 use super::population::Shapes;
 use super::resources::{Capacities, Layout, ListCapacity, Resources};
 use super::rings;
@@ -42,6 +44,7 @@ pub struct Renderer {
     quality: Quality,
     medium: Medium,
     omit: Option<Pass>,
+    make_unseen: bool,
     composer: Option<Box<dyn Composer>>,
     passes: Passes,
     tables: TablesGpu,
@@ -54,7 +57,7 @@ pub struct Renderer {
     stats: StatsReader,
     capacities: Capacities,
     resources: Option<Resources>,
-    last: Option<FrameKey>,
+    changes: Changes,
     light_epoch: u32,
 }
 
@@ -88,6 +91,7 @@ impl Renderer {
             quality,
             medium: *medium,
             omit: settings.omit,
+            make_unseen: false,
             composer: None,
             passes,
             shapes,
@@ -104,7 +108,7 @@ impl Renderer {
                 light: lists,
             },
             resources: None,
-            last: None,
+            changes: Changes::default(),
             light_epoch: 0,
         })
     }
@@ -185,9 +189,14 @@ impl Renderer {
         let settings = &self.quality.grid;
         let (shapes, truncation) = (&self.shapes, &self.truncation);
         let most = self.capacities.particles;
-        let grid = GridInputs::new(scene, shapes, truncation, settings, time, most)?;
+        let in_view = if self.make_unseen { InView::ALL } else { in_view(scene, time, size) };
+        let grid = if in_view.clouds {
+            GridInputs::new(scene, shapes, truncation, settings, time, most)?
+        } else {
+            None
+        };
         let shift = grid.as_ref().map_or(DVec3::ZERO, |(_, shift)| *shift);
-        let key = self.key(scene, time, size, shift)?;
+        let key = self.key(scene, time, size, shift, in_view)?;
         let sky_work = self.sky.update(&self.gpu, &sky_inputs(scene));
         let layout = Layout {
             size,
@@ -198,7 +207,7 @@ impl Renderer {
         let resources = match self.resources.take().filter(|r| r.layout == layout) {
             Some(resources) => resources,
             None => {
-                self.last = None;
+                self.changes.forget();
                 self.gpu.begin_part("frame");
                 Resources::new(&self.gpu, &self.passes, &self.phase, &self.shadow, layout)
             }
@@ -208,7 +217,9 @@ impl Renderer {
             self.grid.prepare(&self.gpu, &self.passes, size, inputs, *shift)
         });
         let unneeded = self.composer.as_ref().map_or(&[][..], |c| c.unneeded());
-        let plan = FramePlan::new(self.last.as_ref(), &key, sky_work != SkyWork::None, work);
+        let sky_changed = sky_work != SkyWork::None;
+        self.changes.observe(&key, sky_changed, work);
+        let plan = FramePlan::new(&self.changes, &key, sky_changed, work);
         let plan = unneeded.iter().fold(plan.without(self.omit), |p, pass| p.without(Some(*pass)));
         let grid = grid.as_ref().map(|(inputs, shift)| (inputs, *shift));
         self.record(&resources, &plan, &key, sky_work, grid)?;
@@ -225,10 +236,10 @@ impl Renderer {
             + self.grid.bytes();
         let stats = FrameStats {
             passes: pass_times(&plan, &times),
-            counters: counts.counters(&self.capacities, tiles, bytes),
+            counters: counts.of_plan(&plan, tiles).counters(&self.capacities, tiles, bytes),
         };
         self.resources = Some(resources);
-        self.last = Some(key);
+        plan.made().iter().for_each(|product| self.changes.done(*product));
         Ok((stats, counts))
     }
 }

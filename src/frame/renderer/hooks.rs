@@ -45,7 +45,7 @@ impl Renderer {
             self.grid = LightGrid::default();
         }
         self.composer = composer;
-        self.last = None;
+        self.changes.forget();
     }
 
     /// Layouts of the bind groups that a composer is handed: tables, sky, light field.
@@ -59,9 +59,15 @@ impl Renderer {
         self.stats.set_timing(&self.gpu, wanted)
     }
 
+    /// Whether what can't be in view is made all the same from the next frame on: pictures must not
+    /// differ.
+    pub fn make_unseen(&mut self, wanted: bool) {
+        self.make_unseen = wanted;
+    }
+
     /// Takes nothing of the frames before over into the next: it is made as the first one is.
     pub fn forget(&mut self) {
-        self.last = None;
+        self.changes.forget();
         self.grid = LightGrid::default();
     }
 }

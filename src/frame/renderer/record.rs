@@ -4,10 +4,11 @@ use glam::DVec3;
 
 use super::Renderer;
 use crate::Result;
+use crate::frame::changes::{FrameKey, Product};
 use crate::frame::composer::ComposeInputs;
 use crate::frame::gpu_data::FrameUniforms;
 use crate::frame::light_grid::GridInputs;
-use crate::frame::plan::{FrameKey, FramePlan, Pass};
+use crate::frame::plan::{FramePlan, Pass};
 use crate::frame::resources::Resources;
 use crate::frame::sky::SkyWork;
 
@@ -34,10 +35,11 @@ impl Renderer {
         gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&frame));
         resources.write_view(gpu, &key.light);
         gpu.queue.write_buffer(&self.shadow.uniforms, 0, bytemuck::bytes_of(&key.shadow));
-        if self.last.as_ref().is_none_or(|l| l.listed != key.listed) {
+        let particles = plan.makes(Product::Particles);
+        if particles {
             gpu.queue.write_buffer(&resources.particles, 0, bytemuck::cast_slice(&key.listed));
         }
-        if key.clouds.is_none() {
+        if particles && key.clouds.is_none() {
             let count = key.listed.len() as u32;
             gpu.queue.write_buffer(
                 &resources.particle_count,
@@ -50,15 +52,17 @@ impl Renderer {
         let mut encoder = gpu
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        if plan.runs(Pass::Project) && plan.screen_order() {
+        let screen = plan.makes(Product::ScreenLists);
+        if plan.runs(Pass::Project) && screen {
             encoder.clear_buffer(&resources.visible, 0, None);
         }
         if plan.runs(Pass::Blend) {
             encoder.clear_buffer(&resources.blend_counts, 0, None);
         }
         let pictures: Vec<_> = [
-            plan.screen_order().then_some((&resources.screen, &passes.screen_project)),
-            plan.light_order().then_some((&resources.light.lists, &passes.light_project)),
+            screen.then_some((&resources.screen, &passes.screen_project)),
+            plan.makes(Product::LightLists)
+                .then_some((&resources.light.lists, &passes.light_project)),
         ]
         .into_iter()
         .flatten()
