@@ -119,7 +119,7 @@ impl Changes {
 
     /// Compares a frame's key with the last one's. `sky`: the sky's tables are made again in this
     /// frame; `grid`: what of the light grid is.
-    pub fn observe(&mut self, key: &FrameKey, sky: bool, grid: GridWork) {
+    pub fn observe(&mut self, key: &FrameKey, sky: bool, grid: &GridWork) {
         let last = self.last.as_ref();
         let differs = |of: &dyn Fn(&FrameKey) -> bool| last.is_none_or(of);
         let changed = [
@@ -128,7 +128,7 @@ impl Changes {
             (Input::Sun, differs(&|l| l.light != key.light)),
             (Input::ShadowMaps, differs(&|l| l.shadow != key.shadow)),
             (Input::Sky, sky),
-            (Input::Grid, grid.solve),
+            (Input::Grid, grid.solved),
             (Input::Field, grid.field),
         ];
         for (input, changed) in changed {

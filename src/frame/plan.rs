@@ -92,7 +92,7 @@ pub struct FramePlan {
 impl FramePlan {
     /// From what has changed, after it has observed `now`. `sky_changed`: the sky's tables have to be
     /// made again; `grid`: what of the light grid has to be.
-    pub fn new(changes: &Changes, now: &FrameKey, sky_changed: bool, grid: GridWork) -> Self {
+    pub fn new(changes: &Changes, now: &FrameKey, sky_changed: bool, grid: &GridWork) -> Self {
         let empty = now.is_empty();
         // Only what is shown is made: clouds, and shadows where there is ground to see.
         let has_clouds = !empty && now.in_view.clouds;
@@ -139,8 +139,8 @@ impl FramePlan {
         }
         decide(
             Pass::LightGrid,
-            has_clouds && grid.solve,
-            "particles, sun or the grid's place changed",
+            has_clouds && !grid.steps.is_empty(),
+            if grid.solved { "particles, sun or the grid's place changed" } else { "on the way" },
             or_unseen("particles and sun as the grid has them"),
         );
         decide(

@@ -236,6 +236,7 @@ impl Counts {
             bytes_resident: bytes,
             attempts: 1,
             overflowed: self.overflowed(capacities),
+            ..Counters::default()
         }
     }
 }

@@ -15,8 +15,10 @@ fn key() -> FrameKey {
     }
 }
 
-const ALL: GridWork = GridWork { solve: true, field: true };
-const NONE: GridWork = GridWork { solve: false, field: false };
+/// Everything, a part, nothing of the light grid.
+const ALL: GridWork = GridWork { steps: 0..9, solved: true, field: true, progress: [0; 2] };
+const PART: GridWork = GridWork { steps: 3..5, solved: false, field: false, progress: [5, 9] };
+const NONE: GridWork = GridWork { steps: 0..0, solved: false, field: false, progress: [0; 2] };
 
 fn running(plan: &FramePlan) -> Vec<Pass> {
     Pass::ALL.into_iter().filter(|p| plan.runs(*p)).collect()
@@ -24,8 +26,8 @@ fn running(plan: &FramePlan) -> Vec<Pass> {
 
 /// Plans a frame and notes it as made.
 fn frame(changes: &mut Changes, now: &FrameKey, sky: bool, grid: GridWork) -> FramePlan {
-    changes.observe(now, sky, grid);
-    let plan = FramePlan::new(changes, now, sky, grid);
+    changes.observe(now, sky, &grid);
+    let plan = FramePlan::new(changes, now, sky, &grid);
     plan.made().iter().for_each(|product| changes.done(*product));
     plan
 }
@@ -42,6 +44,14 @@ fn paused_and_still_runs_nothing() {
     let plan = frame(&mut after_a_frame(), &key(), false, NONE);
     assert_eq!(running(&plan), []);
     assert!(plan.decisions().iter().all(|d| !d.reason.is_empty()));
+}
+
+#[test]
+fn a_part_of_a_solution_changes_no_picture() {
+    let mut changes = after_a_frame();
+    assert_eq!(running(&frame(&mut changes, &key(), false, PART)), [Pass::LightGrid]);
+    let plan = frame(&mut changes, &key(), false, ALL);
+    assert!(plan.relit() && plan.runs(Pass::Blend) && !plan.runs(Pass::Shadow));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::Result;
 use crate::frame::changes::{FrameKey, Product};
 use crate::frame::composer::ComposeInputs;
 use crate::frame::gpu_data::FrameUniforms;
-use crate::frame::light_grid::GridInputs;
+use crate::frame::light_grid::GridWork;
 use crate::frame::plan::{FramePlan, Pass};
 use crate::frame::resources::Resources;
 use crate::frame::sky::SkyWork;
@@ -24,7 +24,8 @@ impl Renderer {
         plan: &FramePlan,
         key: &FrameKey,
         sky: SkyWork,
-        grid: Option<(&GridInputs, DVec3)>,
+        grid: &GridWork,
+        shift: DVec3,
     ) -> Result<()> {
         let gpu = &self.gpu;
         let passes = &self.passes;
@@ -73,18 +74,13 @@ impl Renderer {
                     return self.sky.encode(encoder, sky);
                 }
                 if pass == Pass::LightGrid {
-                    if let Some((inputs, _)) = grid {
-                        passes.light_grid.encode_solve(gpu, encoder, passes, &self.grid, inputs);
-                    }
-                    return;
+                    return passes.light_grid.encode_solve(gpu, encoder, passes, &self.grid, grid);
                 }
                 let compute = &mut compute_pass(encoder, pass);
                 match pass {
                     Pass::Sky | Pass::LightGrid => {}
                     Pass::LightField => {
-                        if let Some((inputs, shift)) = grid {
-                            passes.light_grid.encode_field(gpu, compute, &self.grid, inputs, shift);
-                        }
+                        passes.light_grid.encode_field(gpu, compute, &self.grid, shift);
                     }
                     Pass::Rings => {
                         if let (Some(job), Some(clouds)) = (&resources.rings, &key.clouds) {
@@ -142,7 +138,7 @@ impl Renderer {
                 }
             })?;
         }
-        let grid_count = self.grid.particle_count().filter(|_| grid.is_some());
+        let grid_count = self.grid.particle_count().filter(|_| plan.has_clouds());
         self.stats.gather(&mut encoder, resources, grid_count);
         gpu.queue.submit([encoder.finish()]);
         Ok(())
