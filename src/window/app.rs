@@ -278,7 +278,8 @@ impl ApplicationHandler for App {
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         let now = Instant::now();
-        if self.session.is_lively() || self.repaint_at.is_some_and(|at| at <= now) {
+        let unfinished = self.report.stats.unfinished;
+        if self.session.is_lively() || unfinished || self.repaint_at.is_some_and(|at| at <= now) {
             self.repaint_at = None;
             self.request_redraw();
         }

@@ -111,6 +111,8 @@ impl Graphics {
         let most = self.gpu.device.limits().max_texture_dimension_2d;
         let size = window.map(|side| side.clamp(1, most));
         let clouds = Self::clouds(&mut self.clouds, &self.gpu, tables, session)?;
+        // Nothing of it is left for later frames.
+        clouds.renderer.forget();
         let picture: Picture = clouds.renderer.render(&session.seen(), session.clock.time, size)?;
         screenshot::save(folder, &picture)
     }

@@ -156,6 +156,7 @@ mod tests {
             size: [640, 360],
             frame_time: 0.1,
             stats: FrameStats {
+                unfinished: false,
                 passes: vec![pass("sky", false, None), pass("blend", true, Some(1.25))],
                 counters: Counters { particles_generated: 4321, ..Counters::default() },
             },

@@ -46,6 +46,7 @@ impl Session {
             settings: RenderSettings {
                 preset: Preset::High,
                 time_passes: true,
+                live: true,
                 ..Default::default()
             },
             scale: *SCALES.end(),

@@ -8,7 +8,8 @@ use crate::frame::gpu_data::{CloudUniforms, Particle, Ring};
 const GROWTH_SEEN: f32 = 0.2;
 const GROWTH_DENSE: f32 = 0.45;
 const SMALLEST_RADIUS: f32 = 0.7;
-const RIM_RADIUS: f32 = 0.6;
+/// Largest radius of a particle relative to the height of the cloud at its place.
+pub const RIM_RADIUS: f32 = 0.6;
 const LEAST_RADIUS: f32 = 0.25;
 const DENSE_RADIUS: f32 = 0.5;
 const HEIGHT_JITTER: f32 = 0.7;
