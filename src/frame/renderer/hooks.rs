@@ -45,6 +45,7 @@ impl Renderer {
             self.grid = LightGrid::default();
         }
         self.composer = composer;
+        self.history.forget();
         self.changes.forget();
     }
 
@@ -67,6 +68,7 @@ impl Renderer {
 
     /// Takes nothing of the frames before over into the next: it is made as the first one is.
     pub fn forget(&mut self) {
+        self.history.forget();
         self.changes.forget();
         self.grid = LightGrid::default();
     }
