@@ -33,6 +33,17 @@ const SLACK: f32 = 0.5;
 // Places of the frame before that are nearer than this to a pixel, in pixels, are that pixel.
 const SAME_PLACE: f32 = 1e-3;
 
+// Weight of the texel `x` of four in a row for a place `f` beyond the second of them: Catmull and Rom's
+// spline. Bilinear, a pixel that is taken over three times in a row is blurred.
+fn cubic(x: i32, f: f32) -> f32 {
+    switch x {
+        case 0: { return f * (-0.5 + f * (1.0 - 0.5 * f)); }
+        case 1: { return 1.0 + f * f * (-2.5 + 1.5 * f); }
+        case 2: { return f * (0.5 + f * (2.0 - 1.5 * f)); }
+        default: { return f * f * (-0.5 + 0.5 * f); }
+    }
+}
+
 struct Sample {
     colour: vec4<f32>,
     weight: f32,
@@ -47,18 +58,19 @@ fn history_at(place: vec2<f32>, distance: f32) -> Sample {
     let low = floor(at);
     let f = at - low;
     let last = vec2<i32>(frame.size) - 1;
-    for (var corner = 0u; corner < 4u; corner++) {
-        let weights = select(1.0 - f, f, vec2((corner & 1u) != 0u, (corner & 2u) != 0u));
-        let weight = weights.x * weights.y;
-        let texel = vec2<i32>(low) + vec2(i32(corner & 1u), i32(corner >> 1u));
-        if weight <= 0.0 || any(texel < vec2(0)) || any(texel > last) {
-            continue;
-        }
-        let colour = textureLoad(history, texel, 0);
-        let there = textureLoad(history_distance, texel, 0).r;
-        if 1.0 - colour.a < LEAST_OPACITY || abs(there - distance) < OTHER_CLOUD * distance {
-            result.colour += weight * colour;
-            result.weight += weight;
+    for (var y = 0; y < 4; y++) {
+        for (var x = 0; x < 4; x++) {
+            let texel = vec2<i32>(low) + vec2(x - 1, y - 1);
+            let weight = cubic(x, f.x) * cubic(y, f.y);
+            if weight == 0.0 || any(texel < vec2(0)) || any(texel > last) {
+                continue;
+            }
+            let colour = textureLoad(history, texel, 0);
+            let there = textureLoad(history_distance, texel, 0).r;
+            if 1.0 - colour.a < LEAST_OPACITY || abs(there - distance) < OTHER_CLOUD * distance {
+                result.colour += weight * colour;
+                result.weight += weight;
+            }
         }
     }
     return result;
@@ -117,6 +129,7 @@ fn reuse(@builtin(global_invocation_id) id: vec3<u32>) {
         let place = (0.5 * seen + 0.5) * vec2<f32>(frame.size) - 0.5;
         if all(place > vec2(-1.0)) && all(place < vec2<f32>(frame.size)) {
             let old = history_at(place, length(point));
+            // Most of it is the same cloud.
             if old.weight > 0.5 {
                 let slack = SLACK * (most - least);
                 colour = clamp(old.colour / old.weight, least - slack, most + slack);
