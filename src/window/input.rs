@@ -13,11 +13,20 @@ pub(super) enum Key {
     Faster,
     /// Let time run or stand.
     Pause,
+    /// Let time run at half or double its pace.
+    Slower,
+    Quicker,
     /// Show or hide the panel.
     Panel,
+    /// Show or hide the keys.
+    Help,
     /// Back to the start of the flight.
     Home,
-    /// Save the picture.
+    /// Save the scene.
+    SaveScene,
+    /// Throw the device away and make a new one.
+    LoseDevice,
+    /// Save the picture, as displayed and as radiance.
     Screenshot,
     /// End the program.
     Quit,
@@ -35,7 +44,12 @@ impl Key {
             KeyCode::KeyQ => Self::Push(Push::Down),
             KeyCode::ShiftLeft | KeyCode::ShiftRight => Self::Faster,
             KeyCode::Space => Self::Pause,
+            KeyCode::Comma => Self::Slower,
+            KeyCode::Period => Self::Quicker,
             KeyCode::F1 => Self::Panel,
+            KeyCode::KeyH => Self::Help,
+            KeyCode::F6 => Self::SaveScene,
+            KeyCode::F10 => Self::LoseDevice,
             KeyCode::Home => Self::Home,
             KeyCode::F12 => Self::Screenshot,
             KeyCode::Escape => Self::Quit,
@@ -45,14 +59,19 @@ impl Key {
 }
 
 /// The keys, for people.
-pub(super) const HELP: [(&str, &str); 9] = [
+pub(super) const HELP: [(&str, &str); 14] = [
     ("mouse, button held", "look around"),
     ("W A S D", "fly ahead, left, back, right"),
     ("E Q", "up, down"),
     ("shift", "faster"),
     ("wheel", "speed"),
     ("space", "pause"),
+    (", .", "slower, quicker time"),
     ("home", "back to the start"),
-    ("F1 / F12", "panel / save the picture"),
+    ("F1", "panel"),
+    ("H", "keys"),
+    ("F6", "save the scene"),
+    ("F12", "save the picture: PNG and EXR"),
+    ("F10", "a new graphics device"),
     ("esc", "quit"),
 ];

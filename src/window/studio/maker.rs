@@ -1,0 +1,185 @@
+//! What the thread that makes pictures does.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+use super::{Errand, Image, Number, Order, Reply, Shared, Shown, lock};
+use crate::frame::{RenderSettings, Renderer};
+use crate::gpu::Gpu;
+use crate::output::write_picture;
+use crate::scene::{Medium, Scene};
+use crate::tables::{Progress, TableSet};
+use crate::{Error, Result};
+
+/// Takes replies, from any thread of a computation.
+type Tell<'a> = &'a (dyn Fn(Reply) + Sync);
+
+/// Does errands until the window closes or the device fails.
+pub(super) fn run(
+    shared: &Shared,
+    gpu: Option<Gpu>,
+    tables: Arc<TableSet>,
+    reply: &(dyn Fn(Number, Reply) + Sync),
+) {
+    let of_window = gpu.is_some();
+    let gpu = match gpu.map_or_else(Gpu::headless, Ok) {
+        Ok(gpu) => gpu,
+        Err(error) => return reply(0, Reply::Failed(error)),
+    };
+    *lock(&shared.gpu) = Some(gpu.clone());
+    let mut maker = Maker {
+        gpu,
+        of_window,
+        tables,
+        clouds: None,
+        scene: Scene::default(),
+        whole: None,
+        compiled: false,
+    };
+    let tell = |news| reply(0, news);
+    while let Some((number, errand)) = shared.next() {
+        let done = match errand {
+            Errand::Show(order) => {
+                maker.show(order, &tell).map(|shown| Reply::Picture(Box::new(shown)))
+            }
+            Errand::Save(order, paths) => maker.save(&order, paths, &tell).map(Reply::Saved),
+        };
+        match done {
+            Ok(done) => reply(number, done),
+            Err(error @ (Error::Gpu(_) | Error::NoAdapter(_))) => {
+                return reply(number, Reply::Failed(error));
+            }
+            // A bad value or a full disk is no reason to end.
+            Err(error) => reply(number, Reply::Refused(error)),
+        }
+    }
+}
+
+struct Maker {
+    gpu: Gpu,
+    /// Whether the window shows what is on the device.
+    of_window: bool,
+    tables: Arc<TableSet>,
+    clouds: Option<Clouds>,
+    /// The last order's scene with its camera, and the scene it was made from.
+    scene: Scene,
+    whole: Option<Arc<Scene>>,
+    /// Whether a picture was made since the renderer was: drivers compile until then.
+    compiled: bool,
+}
+
+/// A renderer with what it was made for.
+struct Clouds {
+    renderer: Renderer,
+    settings: RenderSettings,
+    medium: Medium,
+}
+
+impl Maker {
+    fn show(&mut self, order: Order, reply: Tell<'_>) -> Result<Shown> {
+        let start = Instant::now();
+        let was_cold = self.make_ready(&order, reply)?;
+        let Some(clouds) = &mut self.clouds else { return Err(nothing_made()) };
+        let stats = clouds.renderer.frame(&self.scene, order.time, order.size)?;
+        let display = clouds.renderer.display().ok_or_else(nothing_made)?;
+        let image = if self.of_window {
+            Image::Texture(display.clone())
+        } else {
+            Image::Pixels(order.size, self.gpu.read_texture(display)?)
+        };
+        self.compiled = true;
+        if was_cold {
+            reply(Reply::Stage(None));
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        Ok(Shown { order, image, stats, seconds, cold: was_cold })
+    }
+
+    fn save(
+        &mut self,
+        order: &Order,
+        paths: Vec<PathBuf>,
+        reply: Tell<'_>,
+    ) -> Result<Vec<PathBuf>> {
+        let was_cold = self.make_ready(order, reply)?;
+        let Some(clouds) = &mut self.clouds else { return Err(nothing_made()) };
+        let picture = clouds.renderer.render(&self.scene, order.time, order.size)?;
+        self.compiled = true;
+        if was_cold {
+            reply(Reply::Stage(None));
+        }
+        paths.iter().try_for_each(|path| write_picture(path, &picture))?;
+        Ok(paths)
+    }
+
+    /// Takes the order's scene over, and makes tables and renderer where those there are do not fit.
+    /// Returns whether it will take longer than another picture of the kind.
+    fn make_ready(&mut self, order: &Order, reply: Tell<'_>) -> Result<bool> {
+        if !self.whole.as_ref().is_some_and(|whole| Arc::ptr_eq(whole, &order.scene)) {
+            self.scene = Scene::clone(&order.scene);
+            self.whole = Some(order.scene.clone());
+        }
+        self.scene.camera = order.camera;
+        let medium = self.scene.medium;
+        let fits = |c: &Clouds| c.settings == order.settings && c.medium == medium;
+        if self.clouds.as_ref().is_some_and(fits) {
+            return Ok(!self.compiled);
+        }
+        // Before it costs the renderer that there is.
+        self.scene.validate()?;
+        if self.tables.scattering_for(&medium.phase, medium.albedo).is_none() {
+            let told = Told { reply, stage: Mutex::default() };
+            let tables = TableSet::clone(&self.tables);
+            let tables = tables.with_scattering_for(&medium.phase, medium.albedo, &told)?;
+            self.tables = Arc::new(tables);
+        }
+        reply(Reply::Stage(Some("preparing shaders".to_owned())));
+        self.clouds = None;
+        self.compiled = false;
+        let renderer = Renderer::new(&self.gpu, &self.tables, &self.scene, &order.settings)?;
+        self.clouds = Some(Clouds { renderer, settings: order.settings, medium });
+        reply(Reply::Stage(Some("first picture".to_owned())));
+        Ok(true)
+    }
+}
+
+fn nothing_made() -> Error {
+    Error::Gpu("no frame was made".to_owned())
+}
+
+/// Progress of a computation of tables, as stages.
+struct Told<'a> {
+    reply: Tell<'a>,
+    stage: Mutex<(String, u64, u64)>,
+}
+
+impl Told<'_> {
+    /// Changes what is known of the stage, and tells it where a per cent more is done.
+    fn change(&self, change: impl FnOnce(&mut (String, u64, u64))) {
+        let mut stage = lock(&self.stage);
+        let percent = |(what, done, total): &(String, u64, u64)| {
+            (what.clone(), 100 * done.min(total) / total.max(&1))
+        };
+        let before = percent(&stage);
+        change(&mut stage);
+        let now = percent(&stage);
+        if now != before {
+            (self.reply)(Reply::Stage(Some(format!("computing {}: {} %", now.0, now.1))));
+        }
+    }
+}
+
+impl Progress for Told<'_> {
+    fn start(&self, total: u64, what: &str) {
+        self.change(|stage| *stage = (what.to_owned(), 0, total));
+    }
+
+    fn rename(&self, what: &str) {
+        self.change(|stage| stage.0 = what.to_owned());
+    }
+
+    fn advance(&self, steps: u64) {
+        self.change(|stage| stage.1 = stage.1.saturating_add(steps));
+    }
+}
