@@ -16,6 +16,7 @@ use super::session::Session;
 use super::studio::{Errand, Order, Reply, Shown, Studio, Wake};
 use super::wishes::Wish;
 use super::{WindowOptions, window_error};
+use crate::frame::Preset;
 use crate::output::Format;
 use crate::scene::Scene;
 use crate::tables::TableSet;
@@ -30,7 +31,7 @@ const SMOOTHING: f64 = 0.2;
 /// A view that rests so long is shown sharp.
 const REST: Duration = Duration::from_millis(300);
 /// How often a stage that takes long is painted.
-const STAGE_INTERVAL: Duration = Duration::from_millis(100);
+const STAGE_INTERVAL: Duration = Duration::from_millis(200);
 
 /// The running program.
 pub(super) struct App {
@@ -55,6 +56,8 @@ pub(super) struct App {
     last_frame: Option<Instant>,
     last_picture: Option<Instant>,
     last_loss: Option<Instant>,
+    /// What the times that resolution adapts to were measured with.
+    preset: Preset,
     /// Since when nothing moves.
     resting_since: Option<Instant>,
     /// When the window wants to be painted again.
@@ -90,6 +93,7 @@ impl App {
             last_picture: None,
             last_loss: None,
             resting_since: None,
+            preset: Preset::default(),
             repaint_at: None,
             failure: None,
         };
@@ -198,6 +202,10 @@ impl App {
         let rests = self.resting_since.is_some_and(|since| since.elapsed() >= REST);
         let size = self.session.picture_size(window, most, rests && self.report.has_picture);
         let order = self.present_order(size);
+        if self.session.settings.preset != self.preset {
+            self.preset = self.session.settings.preset;
+            self.session.resolution.begin();
+        }
         if let Some(studio) = &mut self.studio {
             studio.order(order);
         }
@@ -230,7 +238,10 @@ impl App {
         let now = Instant::now();
         if !self.report.has_picture {
             let seconds = self.options.begun.elapsed().as_secs_f64();
-            tracing::info!("first picture after {seconds:.3} s");
+            let of_processor = cpu_time::ProcessTime::now().as_duration().as_secs_f64();
+            tracing::info!(
+                "first picture after {seconds:.3} s, {of_processor:.3} s of processor time"
+            );
             self.report.first_picture = seconds;
         }
         let since_last = self.last_picture.replace(now).map(|last| now.duration_since(last));
@@ -259,6 +270,10 @@ impl App {
             match wish {
                 Wish::SaveScene(path) => {
                     let saved = self.save_scene(path.as_deref());
+                    self.tell(saved);
+                }
+                Wish::SavePath => {
+                    let saved = self.save_path();
                     self.tell(saved);
                 }
                 Wish::Open(path) => self.load(&path),

@@ -5,8 +5,11 @@ use std::path::{Path, PathBuf};
 use super::app::App;
 use super::files::{self, Content, Watched};
 use super::saving;
-use crate::Result;
 use crate::output::write_atomically;
+use crate::{Error, Result};
+
+/// Of the video that a saved path is suggested for.
+const FRAMES_A_SECOND: f64 = 25.0;
 
 impl App {
     /// Looks for scenes beside the one there is, and in the folder of those that ship.
@@ -26,7 +29,9 @@ impl App {
                 self.report.message = format!("loaded {}", path.display());
             }
             Ok(Content::Path(found)) => {
-                self.report.message = format!("{} has {} keys", path.display(), found.keys().len());
+                self.session.path.set(&found, self.session.clock.time);
+                let (name, count) = (path.display(), found.keys().len());
+                self.report.message = format!("loaded {name}: {count} keys; P flies along it");
             }
             Err(error) => self.report.message = error.to_string(),
         }
@@ -53,7 +58,10 @@ impl App {
                 self.report.mistake = None;
                 self.report.message = format!("{} was changed: loaded again", path.display());
             }
-            Err(error) => self.report.mistake = Some(error.to_string()),
+            Err(error) => {
+                tracing::info!("{error}");
+                self.report.mistake = Some(error.to_string());
+            }
         }
         self.request_redraw();
     }
@@ -77,6 +85,22 @@ impl App {
         let path = path.display();
         Ok(format!(
             "saved {path}; cumuli render --scene {path} --time {time} --preset {preset} makes its picture"
+        ))
+    }
+
+    /// Writes the camera path into a new file; what to say about it.
+    pub fn save_path(&mut self) -> Result<String> {
+        let nothing = || Error::input("camera path", "there is none: R records one, K adds a view");
+        let desk = &self.session.path;
+        let path = desk.path().ok_or_else(nothing)?;
+        let file = saving::free_name(Path::new(""), "path", "toml")?;
+        let text = path.to_toml()?;
+        write_atomically(&file, |out| out.write_all(text.as_bytes()))?;
+        let (frames, begun) = ((desk.end() * FRAMES_A_SECOND).ceil() as u64 + 1, desk.begun);
+        let file = file.display();
+        Ok(format!(
+            "saved {file}; cumuli render --path {file} --frames 0..{frames} --fps {FRAMES_A_SECOND} \
+             --time {begun} --out frames --video flight.mp4 makes a video of it"
         ))
     }
 

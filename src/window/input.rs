@@ -22,8 +22,16 @@ pub(super) enum Key {
     Help,
     /// Back to the start of the flight.
     Home,
+    /// Begin or end the recording of a camera path.
+    Record,
+    /// Add the view to the camera path.
+    AddView,
+    /// Fly along the camera path, or stop.
+    Replay,
     /// Save the scene.
     SaveScene,
+    /// Save the camera path.
+    SavePath,
     /// Throw the device away and make a new one.
     LoseDevice,
     /// Save the picture, as displayed and as radiance.
@@ -48,7 +56,11 @@ impl Key {
             KeyCode::Period => Self::Quicker,
             KeyCode::F1 => Self::Panel,
             KeyCode::KeyH => Self::Help,
+            KeyCode::KeyR => Self::Record,
+            KeyCode::KeyK => Self::AddView,
+            KeyCode::KeyP => Self::Replay,
             KeyCode::F6 => Self::SaveScene,
+            KeyCode::F7 => Self::SavePath,
             KeyCode::F10 => Self::LoseDevice,
             KeyCode::Home => Self::Home,
             KeyCode::F12 => Self::Screenshot,
@@ -59,7 +71,7 @@ impl Key {
 }
 
 /// The keys, for people.
-pub(super) const HELP: [(&str, &str); 14] = [
+pub(super) const HELP: [(&str, &str); 16] = [
     ("mouse, button held", "look around"),
     ("W A S D", "fly ahead, left, back, right"),
     ("E Q", "up, down"),
@@ -70,7 +82,9 @@ pub(super) const HELP: [(&str, &str); 14] = [
     ("home", "back to the start"),
     ("F1", "panel"),
     ("H", "keys"),
-    ("F6", "save the scene"),
+    ("R / K", "record a camera path / add this view to it"),
+    ("P", "fly along the camera path"),
+    ("F6 / F7", "save the scene / the camera path"),
     ("F12", "save the picture: PNG and EXR"),
     ("F10", "a new graphics device"),
     ("esc", "quit"),

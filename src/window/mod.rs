@@ -12,6 +12,7 @@ mod day;
 mod documents;
 mod events;
 mod files;
+mod flight_path;
 mod graphics;
 mod input;
 mod overlay;

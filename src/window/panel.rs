@@ -5,12 +5,13 @@ mod clouds;
 mod field;
 mod files;
 pub(super) mod frame;
+mod path;
 mod sky;
 mod time;
 
 use std::path::PathBuf;
 
-use egui::{Align2, CollapsingHeader, Color32, Context, Grid, RichText, Spinner, Ui, Window};
+use egui::{Align2, CollapsingHeader, Color32, Context, Grid, RichText, Ui, Window};
 
 use self::frame::History;
 use super::input::HELP;
@@ -89,20 +90,15 @@ pub(super) fn show(ctx: &Context, session: &mut Session, report: &Report) {
 }
 
 fn waiting(ui: &mut Ui, stage: &str, report: &Report) {
-    ui.horizontal(|ui| {
-        ui.add(Spinner::new());
-        ui.label(stage);
-    });
+    // Nothing that turns: it would be painted all the time, by the processor that compiles.
+    ui.label(stage);
     let share = report.compiled.min(SHADERS) as f32 / SHADERS as f32;
     ui.add(egui::ProgressBar::new(share).desired_width(200.0));
 }
 
 fn contents(ui: &mut Ui, session: &mut Session, report: &Report) {
     if let Some(stage) = &report.stage {
-        ui.horizontal(|ui| {
-            ui.add(Spinner::new());
-            ui.label(format!("{stage} …"));
-        });
+        ui.label(format!("{stage} …"));
     }
     if !report.message.is_empty() {
         ui.label(RichText::new(&report.message).strong());
@@ -126,6 +122,7 @@ fn contents(ui: &mut Ui, session: &mut Session, report: &Report) {
     });
     section("Camera", false).show(ui, |ui| camera::camera(ui, session));
     section("Time", true).show(ui, |ui| time::time(ui, session));
+    section("Camera path", false).show(ui, |ui| path::path(ui, session));
     section("Quality", false).show(ui, |ui| time::quality(ui, session, report));
     section("Frame", false).show(ui, |ui| frame::frame(ui, report));
     section("Keys", false).show(ui, keys);

@@ -10,6 +10,8 @@ const STEP: f32 = 1.0 / 32.0;
 const FRAMES: usize = 3;
 /// Quotients of wanted and measured time between which nothing changes.
 const GOOD_ENOUGH: std::ops::RangeInclusive<f64> = 0.85..=1.25;
+/// Smaller pictures are no help where the pixels take less than this share of the time.
+const PIXELS_COUNT: f64 = 0.35;
 /// Least and most that a side changes by at once.
 const CHANGES: std::ops::RangeInclusive<f64> = 0.6..=1.5;
 
@@ -24,12 +26,14 @@ pub(super) struct Resolution {
     pub scale: f32,
     /// What the last pictures at this scale took, s.
     times: Vec<f64>,
+    /// Another scale and what pictures took there, s.
+    before: Option<(f32, f64)>,
 }
 
 impl Resolution {
     /// Begins at a scale.
     pub fn new(rate: f64, scale: f32) -> Self {
-        Self { automatic: true, rate, scale, times: Vec::new() }
+        Self { automatic: true, rate, scale, times: Vec::new(), before: None }
     }
 
     /// A picture at the present scale took so many seconds.
@@ -48,6 +52,11 @@ impl Resolution {
         if GOOD_ENOUGH.contains(&quotient) {
             return;
         }
+        let shares = self.before.and_then(|before| pixels_share(before, (self.scale, median)));
+        if quotient < 1.0 && shares.is_some_and(|share| share < PIXELS_COUNT) {
+            return;
+        }
+        self.before = Some((self.scale, median));
         // Time grows at most with the number of pixels, so this never comes out too slow on the way
         // up; on the way down it may take more than one change.
         let change = quotient.sqrt().clamp(*CHANGES.start(), *CHANGES.end());
@@ -64,6 +73,19 @@ impl Resolution {
     pub fn forget(&mut self) {
         self.times.clear();
     }
+
+    /// Forgets all that was measured: preset or scene have changed.
+    pub fn begin(&mut self) {
+        self.times.clear();
+        self.before = None;
+    }
+}
+
+/// The pixels' share of what a picture takes at the second scale, from times at both, s.
+fn pixels_share(a: (f32, f64), b: (f32, f64)) -> Option<f64> {
+    let [pixels_a, pixels_b] = [a.0, b.0].map(|scale| f64::from(scale).powi(2));
+    let each = (a.1 - b.1) / (pixels_a - pixels_b);
+    (pixels_a != pixels_b).then(|| (each * pixels_b / b.1).clamp(0.0, 1.0))
 }
 
 #[cfg(test)]
@@ -98,10 +120,19 @@ mod tests {
     #[test]
     fn it_stays_within_its_range() {
         let mut resolution = Resolution::new(60.0, 0.5);
-        settle(&mut resolution, 1.0, 1.0, 100);
+        settle(&mut resolution, 1e-3, 100.0, 100);
         assert_eq!(resolution.scale, *SCALES.start());
         settle(&mut resolution, 1e-6, 1e-6, 100);
         assert_eq!(resolution.scale, *SCALES.end());
+    }
+
+    #[test]
+    fn where_pixels_are_not_what_takes_long_they_stay() {
+        let mut resolution = Resolution::new(60.0, 0.5);
+        settle(&mut resolution, 1.0, 1.0, 100);
+        let share =
+            f64::from(resolution.scale).powi(2) / (1.0 + f64::from(resolution.scale).powi(2));
+        assert!(share < PIXELS_COUNT && resolution.scale > 0.25, "{}", resolution.scale);
     }
 
     #[test]

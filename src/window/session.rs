@@ -4,6 +4,7 @@ use super::angles::Angles;
 use super::camera::FlyCamera;
 use super::clock::Clock;
 use super::day::Day;
+use super::flight_path::FlightPath;
 use super::input::Key;
 use super::scale::{Resolution, SCALES};
 use super::wishes::Wish;
@@ -32,6 +33,8 @@ pub(super) struct Session {
     pub medium: Medium,
     /// The flight.
     pub fly: FlyCamera,
+    /// The camera path: recorded, or flown along.
+    pub path: FlightPath,
     /// Time.
     pub clock: Clock,
     /// Where the sun is put with sliders.
@@ -61,6 +64,7 @@ impl Session {
     pub fn new(scene: Scene, time: f64) -> Self {
         Self {
             fly: FlyCamera::new(&scene.camera),
+            path: FlightPath::default(),
             clock: Clock::new(time),
             sun: Angles::of(scene.sun.direction),
             day: Day::default(),
@@ -101,7 +105,11 @@ impl Session {
             Key::Panel => self.panel ^= true,
             Key::Help => self.help ^= true,
             Key::Home => self.fly.reset(),
+            Key::Record => self.path.record(&self.fly.camera(), self.clock.time),
+            Key::AddView => self.path.add(&self.fly.camera(), self.clock.time),
+            Key::Replay => self.path.replay(),
             Key::SaveScene => self.wishes.push(Wish::SaveScene(None)),
+            Key::SavePath => self.wishes.push(Wish::SavePath),
             Key::LoseDevice => self.wishes.push(Wish::LoseDevice),
             Key::Screenshot => {
                 self.wishes.push(Wish::Screenshot(vec![Format::Png, Format::Exr]));
@@ -113,13 +121,22 @@ impl Session {
     /// `seconds` of ours go by.
     pub fn step(&mut self, seconds: f64) {
         self.fly.step(seconds.clamp(0.0, LONGEST_FLIGHT));
-        self.clock.step(seconds.clamp(0.0, LONGEST_TICK));
+        let seconds = seconds.clamp(0.0, LONGEST_TICK);
+        self.clock.step(seconds);
+        // In the scene's time, as `cumuli render` counts it, while that goes by.
+        let seconds = if self.clock.running { seconds * self.clock.pace } else { seconds };
+        if let Some(camera) = self.path.advance(seconds, &self.fly.camera()) {
+            self.fly.set(&camera);
+        }
     }
 
     /// Whether the picture changes by itself.
     pub fn is_lively(&self) -> bool {
         // Only generated clouds change with time.
-        (self.clock.running && self.scene.clouds.is_some()) || self.fly.is_moving()
+        (self.clock.running && self.scene.clouds.is_some())
+            || self.fly.is_moving()
+            || self.path.is_recording()
+            || self.path.is_replaying()
     }
 
     /// The scene as it is seen now.

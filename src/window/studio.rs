@@ -4,6 +4,8 @@
 //! picture, are done one by one before the next order. On a software driver the thread has a device
 //! of its own, whose queue the window does not wait for.
 
+mod counter;
+mod insides;
 mod maker;
 mod order;
 
@@ -16,7 +18,7 @@ use crate::Error;
 use crate::gpu::Gpu;
 use crate::tables::TableSet;
 
-pub(super) use order::{Errand, Image, Order, Reply, Shown};
+pub(super) use order::{Errand, Image, Inside, Order, Reply, Shown};
 
 /// Tells the window that there is a reply.
 pub(super) type Wake = Arc<dyn Fn() + Send + Sync>;

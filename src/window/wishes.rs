@@ -13,6 +13,8 @@ pub(super) enum Wish {
     Screenshot(Vec<Format>),
     /// Save the scene as it is seen: into this file, or into a new one.
     SaveScene(Option<PathBuf>),
+    /// Save the camera path into a new file.
+    SavePath,
     /// Load this file, whatever it is.
     Open(PathBuf),
     /// Throw the device away, as a driver that is reset does, and go on with a new one.

@@ -75,7 +75,7 @@ pub(super) fn whole(
 
 /// The button that leads back to where a value was.
 pub(super) fn back(ui: &mut Ui, start: &str, changed: bool, mut reset: impl FnMut()) {
-    let button = Button::new(RichText::new("⟲").small()).frame(false);
+    let button = Button::new(RichText::new("↺").monospace()).frame(false);
     if ui.add_enabled(changed, button).on_hover_text(format!("back to {start}")).clicked() {
         reset();
     }

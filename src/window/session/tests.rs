@@ -89,6 +89,14 @@ fn keys_do_what_the_help_says() {
     session.key(Key::Push(Push::Forward), false, false);
     (0..100).for_each(|_| session.step(0.1));
     assert!(!session.fly.is_moving());
+    press(&mut session, Key::AddView);
+    assert_eq!(session.path.len(), 1);
+    press(&mut session, Key::Record);
+    assert!(session.path.is_recording());
+    press(&mut session, Key::Record);
+    press(&mut session, Key::Replay);
+    assert!(session.path.is_replaying());
+    press(&mut session, Key::Replay);
     press(&mut session, Key::Home);
     assert_eq!(session.seen().camera, session.start.camera);
 }

@@ -4,8 +4,10 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-use super::{Errand, Image, Number, Order, Reply, Shared, Shown, lock};
-use crate::frame::{RenderSettings, Renderer};
+use super::counter::StepCounter;
+use super::{Errand, Image, Inside, Number, Order, Reply, Shared, Shown, insides, lock};
+use crate::frame::composer::Composer;
+use crate::frame::{Picture, RenderSettings, Renderer};
 use crate::gpu::Gpu;
 use crate::output::write_picture;
 use crate::scene::{Medium, Scene};
@@ -27,6 +29,8 @@ pub(super) fn run(
         Ok(gpu) => gpu,
         Err(error) => return reply(0, Reply::Failed(error)),
     };
+    let of_processor = cpu_time::ProcessTime::now().as_duration().as_secs_f64();
+    tracing::info!("device ready after {of_processor:.3} s of processor time");
     *lock(&shared.gpu) = Some(gpu.clone());
     let mut maker = Maker {
         gpu,
@@ -43,6 +47,9 @@ pub(super) fn run(
             Errand::Show(order) => {
                 maker.show(order, &tell).map(|shown| Reply::Picture(Box::new(shown)))
             }
+            Errand::Measure(order) => maker
+                .render(&order, &tell)
+                .map(|picture| Reply::Measured(Box::new((order, picture)))),
             Errand::Save(order, paths) => maker.save(&order, paths, &tell).map(Reply::Saved),
         };
         match done {
@@ -74,6 +81,23 @@ struct Clouds {
     renderer: Renderer,
     settings: RenderSettings,
     medium: Medium,
+    /// Whether it counts steps in place of distances.
+    counting: bool,
+}
+
+impl Clouds {
+    /// Lets the blend count steps where they are to be seen, and otherwise do its usual work.
+    fn compose(&mut self, gpu: &Gpu, inside: Option<Inside>) -> Result<()> {
+        let counting = inside == Some(Inside::Steps);
+        if counting != self.counting {
+            let steps = self.settings.quality().steps;
+            let counter = |layouts| StepCounter::new(gpu, steps, layouts);
+            let composer = counting.then(|| counter(self.renderer.layouts())).transpose()?;
+            self.renderer.compose_with(composer.map(|c| Box::new(c) as Box<dyn Composer>));
+            self.counting = counting;
+        }
+        Ok(())
+    }
 }
 
 impl Maker {
@@ -81,9 +105,15 @@ impl Maker {
         let start = Instant::now();
         let was_cold = self.make_ready(&order, reply)?;
         let Some(clouds) = &mut self.clouds else { return Err(nothing_made()) };
+        clouds.compose(&self.gpu, order.inside)?;
         let stats = clouds.renderer.frame(&self.scene, order.time, order.size)?;
         let display = clouds.renderer.display().ok_or_else(nothing_made)?;
-        let image = if self.of_window {
+        let mut legend = None;
+        let image = if let Some(inside) = order.inside {
+            let made = insides::view(inside, &clouds.renderer, &self.tables, &self.scene, &order)?;
+            legend = Some(made.legend);
+            Image::Pixels(order.size, made.pixels)
+        } else if self.of_window {
             Image::Texture(display.clone())
         } else {
             Image::Pixels(order.size, self.gpu.read_texture(display)?)
@@ -93,7 +123,7 @@ impl Maker {
             reply(Reply::Stage(None));
         }
         let seconds = start.elapsed().as_secs_f64();
-        Ok(Shown { order, image, stats, seconds, cold: was_cold })
+        Ok(Shown { order, image, stats, seconds, cold: was_cold, legend })
     }
 
     fn save(
@@ -102,15 +132,22 @@ impl Maker {
         paths: Vec<PathBuf>,
         reply: Tell<'_>,
     ) -> Result<Vec<PathBuf>> {
+        let picture = self.render(order, reply)?;
+        paths.iter().try_for_each(|path| write_picture(path, &picture))?;
+        Ok(paths)
+    }
+
+    /// The picture of an order, read back.
+    fn render(&mut self, order: &Order, reply: Tell<'_>) -> Result<Picture> {
         let was_cold = self.make_ready(order, reply)?;
         let Some(clouds) = &mut self.clouds else { return Err(nothing_made()) };
+        clouds.compose(&self.gpu, None)?;
         let picture = clouds.renderer.render(&self.scene, order.time, order.size)?;
         self.compiled = true;
         if was_cold {
             reply(Reply::Stage(None));
         }
-        paths.iter().try_for_each(|path| write_picture(path, &picture))?;
-        Ok(paths)
+        Ok(picture)
     }
 
     /// Takes the order's scene over, and makes tables and renderer where those there are do not fit.
@@ -138,7 +175,9 @@ impl Maker {
         self.clouds = None;
         self.compiled = false;
         let renderer = Renderer::new(&self.gpu, &self.tables, &self.scene, &order.settings)?;
-        self.clouds = Some(Clouds { renderer, settings: order.settings, medium });
+        let of_processor = cpu_time::ProcessTime::now().as_duration().as_secs_f64();
+        tracing::info!("shaders ready after {of_processor:.3} s of processor time");
+        self.clouds = Some(Clouds { renderer, settings: order.settings, medium, counting: false });
         reply(Reply::Stage(Some("first picture".to_owned())));
         Ok(true)
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::Error;
-use crate::frame::{FrameStats, RenderSettings};
+use crate::frame::{FrameStats, Picture, RenderSettings};
 use crate::scene::{Camera, Scene};
 
 /// A picture that is wanted.
@@ -20,6 +20,31 @@ pub(in crate::window) struct Order {
     pub size: [u32; 2],
     /// What the renderer is made for.
     pub settings: RenderSettings,
+    /// What of the insides to show in place of the picture.
+    pub inside: Option<Inside>,
+}
+
+/// A view of the insides of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::window) enum Inside {
+    /// Lengths of the lists of tiles on screen.
+    Lists,
+    /// Sunlight that comes through the others to each particle.
+    Light,
+    /// Steps of each pixel's march.
+    Steps,
+    /// Rings by colour.
+    Rings,
+}
+
+impl Inside {
+    /// All of them, with what they are called.
+    pub const ALL: [(Self, &str); 4] = [
+        (Self::Lists, "lists of tiles"),
+        (Self::Light, "sunlight at particles"),
+        (Self::Steps, "steps of pixels"),
+        (Self::Rings, "rings"),
+    ];
 }
 
 impl PartialEq for Order {
@@ -30,6 +55,7 @@ impl PartialEq for Order {
             && self.time == other.time
             && self.size == other.size
             && self.settings == other.settings
+            && self.inside == other.inside
     }
 }
 
@@ -40,6 +66,8 @@ pub(in crate::window) enum Errand {
     Show(Order),
     /// Make a picture and write it, in the formats of the names' ends.
     Save(Order, Vec<PathBuf>),
+    /// Make a picture and hand its radiance over.
+    Measure(Order),
 }
 
 /// A picture on its way to the screen.
@@ -64,6 +92,8 @@ pub(in crate::window) struct Shown {
     pub seconds: f64,
     /// Whether shaders or tables had to be made for it: such a time tells nothing of the next.
     pub cold: bool,
+    /// What the colours of a view of the insides mean.
+    pub legend: Option<String>,
 }
 
 /// What the thread tells.
@@ -73,6 +103,8 @@ pub(in crate::window) enum Reply {
     Stage(Option<String>),
     /// A picture.
     Picture(Box<Shown>),
+    /// A picture that was to be measured.
+    Measured(Box<(Order, Picture)>),
     /// Files were written.
     Saved(Vec<PathBuf>),
     /// An order or an errand cannot be done; others can.

@@ -21,7 +21,7 @@ fn scene() -> Scene {
 
 fn order(scene: &Arc<Scene>, size: [u32; 2]) -> Order {
     let settings = RenderSettings { preset: Preset::Low, ..Default::default() };
-    Order { camera: scene.camera, scene: scene.clone(), time: 0.0, size, settings }
+    Order { camera: scene.camera, scene: scene.clone(), time: 0.0, size, settings, inside: None }
 }
 
 fn studio() -> Studio {
