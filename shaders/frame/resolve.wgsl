@@ -37,8 +37,8 @@ fn inside(place: vec2<f32>) -> f32 {
 
 // Transmittance of the clouds between a point on the ground and the sun.
 fn sun_visibility(point: vec3<f32>) -> f32 {
-    // Without clouds nobody has made the maps.
-    if frame.has_clouds == 0u {
+    // Nobody has made the maps.
+    if frame.has_shadows == 0u {
         return 1.0;
     }
     let near_place = shadow_place(maps, 0u, point);

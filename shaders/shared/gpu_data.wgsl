@@ -45,7 +45,7 @@ struct FrameUniforms {
     has_clouds: u32,          // 1: the blend has run
     light_epoch: u32,          // changes whenever the light of any particle does; below 2^24
     halo_share: f32,           // optical depth of forward-peak scatterings over the scaled one
-    padding_a: u32,
+    has_shadows: u32,          // 1: there are shadow maps
     grid_shift: vec4<f32>,     // xyz: m, anchor of the light grid relative to the camera
 }
 

@@ -101,8 +101,8 @@ gpu_struct! {
         light_epoch: u32,
         /// Optical depth of forward-peak scatterings over the scaled one.
         halo_share: f32,
-        /// Unused.
-        padding_a: u32,
+        /// 1: there are shadow maps.
+        has_shadows: u32,
         /// m, anchor of the light grid relative to the camera.
         grid_shift: [f32; 4],
     }

@@ -49,7 +49,7 @@ pub fn frame_uniforms(
     grid_shift: DVec3,
     quality: &Quality,
     particle_capacity: u32,
-    has_clouds: bool,
+    [has_clouds, has_shadows]: [bool; 2],
 ) -> FrameUniforms {
     let basis = camera.basis();
     let half_width = camera.half_width();
@@ -72,7 +72,7 @@ pub fn frame_uniforms(
         has_clouds: u32::from(has_clouds),
         light_epoch: 0,
         halo_share: truncation.peak_depth(scene.medium.albedo) as f32,
-        padding_a: 0,
+        has_shadows: u32::from(has_shadows),
         grid_shift: four(grid_shift),
     }
 }

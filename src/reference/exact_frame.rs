@@ -55,7 +55,7 @@ pub fn exact_frame(
     let field = renderer.field()?;
     let shift = DVec3::ZERO; // the field brings its own
     let camera = &scene.camera;
-    let frame = frame_uniforms(scene, camera, size, &truncation, shift, quality, 0, true);
+    let frame = frame_uniforms(scene, camera, size, &truncation, shift, quality, 0, [true; 2]);
     let phase = medium.phase.prepare();
     let (frame, halo, field) = (&frame, &halo, &field);
     let inputs = ChordInputs { frame, tables, scattering, phase, halo, field };

@@ -122,7 +122,7 @@ impl Composed<'_> {
         let quality = case.preset.quality();
         let shift = DVec3::ZERO; // the field brings its own
         let frame =
-            frame_uniforms(scene, &scene.camera, size, truncation, shift, &quality, 0, true);
+            frame_uniforms(scene, &scene.camera, size, truncation, shift, &quality, 0, [true; 2]);
         let inputs = ChordInputs {
             frame: &frame,
             tables,

@@ -133,7 +133,7 @@ pub const WHOLE: &[&str] = &[
     "FrameUniforms.particle_capacity",
     "FrameUniforms.has_clouds",
     "FrameUniforms.light_epoch",
-    "FrameUniforms.padding_a",
+    "FrameUniforms.has_shadows",
     "LightView.tiles",
     "LightView.receiver_samples",
     "LightView.padding_a",

@@ -14,6 +14,7 @@ use super::panel::{self, Report};
 use super::saving;
 use super::session::Session;
 use super::studio::{Errand, Order, Reply, Shown, Studio, Wake};
+use super::truth::{News, Truth};
 use super::wishes::Wish;
 use super::{WindowOptions, window_error};
 use crate::frame::Preset;
@@ -38,13 +39,17 @@ pub(super) struct App {
     pub(super) session: Session,
     pub(super) report: Report,
     options: WindowOptions,
-    tables: Arc<TableSet>,
-    wake: Wake,
+    pub(super) tables: Arc<TableSet>,
+    pub(super) wake: Wake,
     // What is on the device before the window it is shown in.
-    studio: Option<Studio>,
+    pub(super) studio: Option<Studio>,
     pub(super) graphics: Option<Graphics>,
     pub(super) window: Option<Arc<Window>>,
     pub(super) looking: bool,
+    /// The reference of the view, while it is wanted and the view rests.
+    pub(super) truth: Option<Truth>,
+    /// What it has told last.
+    pub(super) news: Option<News>,
     /// The scene's file.
     pub(super) watched: Option<Watched>,
     /// When it is looked at next.
@@ -75,17 +80,20 @@ impl App {
         }
         let file = options.file.clone();
         let shapes = options.tables.shape_names().map(str::to_owned).collect();
+        let tables = Arc::new(options.tables.clone());
         let mut app = Self {
             ordered: Arc::new(session.scene.clone()),
             session,
-            report: Report { shapes, ..Report::default() },
-            tables: Arc::new(options.tables.clone()),
+            report: Report { shapes, tables: Some(tables.clone()), ..Report::default() },
+            tables,
             options,
             wake,
             studio: None,
             graphics: None,
             window: None,
             looking: false,
+            truth: None,
+            news: None,
             watched: None,
             look_at: Instant::now(),
             adapted: false,
@@ -148,10 +156,12 @@ impl App {
         }
         self.take_replies()?;
         self.order(size);
+        self.attend_truth(size)?;
         self.report.compiled = self.studio.as_ref().map_or(0, Studio::compiled);
         let (session, report) = (&mut self.session, &self.report);
         let Some(graphics) = &mut self.graphics else { return Ok(()) };
-        let again = graphics.present(1.0, |ctx| panel::show(ctx, session, report))?;
+        let split = session.compare.split;
+        let again = graphics.present(split, |ctx| panel::show(ctx, session, report))?;
         let mut repaint_at = again.and_then(|wait| Instant::now().checked_add(wait));
         let mut at_latest = |wait: Duration| {
             let at = Instant::now() + wait;
@@ -184,7 +194,7 @@ impl App {
     }
 
     /// The order that belongs to the present moment.
-    fn present_order(&mut self, size: [u32; 2]) -> Order {
+    pub(super) fn present_order(&mut self, size: [u32; 2]) -> Order {
         if *self.ordered != self.session.scene {
             self.ordered = Arc::new(self.session.scene.clone());
         }
@@ -194,21 +204,28 @@ impl App {
             time: self.session.clock.time,
             size,
             settings: self.session.settings,
+            inside: None,
         }
     }
 
     fn order(&mut self, window: [u32; 2]) {
         let most = self.graphics.as_ref().map_or(1, Graphics::most_pixels);
-        let rests = self.resting_since.is_some_and(|since| since.elapsed() >= REST);
-        let size = self.session.picture_size(window, most, rests && self.report.has_picture);
-        let order = self.present_order(size);
+        let size = self.session.picture_size(window, most, self.rests());
+        let order = Order { inside: self.session.inside, ..self.present_order(size) };
         if self.session.settings.preset != self.preset {
             self.preset = self.session.settings.preset;
             self.session.resolution.begin();
         }
+        // Light that is made over several pictures goes on in the next.
+        let unfinished = self.report.stats.unfinished && !self.is_busy();
         if let Some(studio) = &mut self.studio {
-            studio.order(order);
+            studio.order(order, unfinished);
         }
+    }
+
+    /// Whether the view has rested for a while.
+    pub(super) fn rests(&self) -> bool {
+        self.report.has_picture && self.resting_since.is_some_and(|since| since.elapsed() >= REST)
     }
 
     /// Takes over what the thread has made.
@@ -217,6 +234,7 @@ impl App {
             match reply {
                 Reply::Stage(stage) => self.report.stage = stage,
                 Reply::Picture(shown) => self.take_picture(*shown),
+                Reply::Measured(measured) => self.compare_with(*measured),
                 Reply::Saved(paths) => {
                     let names: Vec<_> = paths.iter().map(|p| p.display().to_string()).collect();
                     self.report.message = format!("saved {}", names.join(" and "));
@@ -228,6 +246,7 @@ impl App {
                 Reply::Failed(error) => return Err(error),
             }
         }
+        self.take_news();
         Ok(())
     }
 
@@ -254,6 +273,7 @@ impl App {
         self.report.seconds = shown.seconds;
         self.report.history.add(&shown.stats);
         self.report.stats = shown.stats;
+        self.report.legend = shown.legend;
         let window = self.window.as_ref().map(|w| w.inner_size().into()).unwrap_or([1, 1]);
         let most = self.graphics.as_ref().map_or(1, Graphics::most_pixels);
         let usual = self.session.picture_size(window, most, false) == shown.order.size;
@@ -278,6 +298,8 @@ impl App {
                 }
                 Wish::Open(path) => self.load(&path),
                 Wish::Quit => event_loop.exit(),
+                // While the device is made anew there is nobody to do it.
+                Wish::Screenshot(_) if self.studio.is_none() => self.session.wishes.push(wish),
                 Wish::Screenshot(formats) => self.screenshot(&formats),
                 Wish::LoseDevice => {
                     if let Some(studio) = &self.studio {
@@ -316,6 +338,7 @@ impl App {
             tracing::warn!("{error}; starting again with a new device");
             self.studio = None;
             self.graphics = None;
+            self.truth = None;
             self.last_loss = Some(Instant::now());
             self.report.message = format!("{error}; the flight goes on with a new one");
             self.request_redraw();
@@ -356,6 +379,7 @@ impl App {
 
     /// Lets go of everything, while the connection to the display still stands.
     pub fn close(&mut self) {
+        self.truth = None;
         self.studio = None;
         self.graphics = None;
         self.window = None;

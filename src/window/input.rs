@@ -32,6 +32,10 @@ pub(super) enum Key {
     SaveScene,
     /// Save the camera path.
     SavePath,
+    /// Show or hide the reference.
+    Compare,
+    /// Show the next view of the insides.
+    Inside,
     /// Throw the device away and make a new one.
     LoseDevice,
     /// Save the picture, as displayed and as radiance.
@@ -61,6 +65,8 @@ impl Key {
             KeyCode::KeyP => Self::Replay,
             KeyCode::F6 => Self::SaveScene,
             KeyCode::F7 => Self::SavePath,
+            KeyCode::KeyT => Self::Compare,
+            KeyCode::KeyI => Self::Inside,
             KeyCode::F10 => Self::LoseDevice,
             KeyCode::Home => Self::Home,
             KeyCode::F12 => Self::Screenshot,
@@ -71,7 +77,7 @@ impl Key {
 }
 
 /// The keys, for people.
-pub(super) const HELP: [(&str, &str); 16] = [
+pub(super) const HELP: [(&str, &str); 18] = [
     ("mouse, button held", "look around"),
     ("W A S D", "fly ahead, left, back, right"),
     ("E Q", "up, down"),
@@ -85,6 +91,8 @@ pub(super) const HELP: [(&str, &str); 16] = [
     ("R / K", "record a camera path / add this view to it"),
     ("P", "fly along the camera path"),
     ("F6 / F7", "save the scene / the camera path"),
+    ("T", "the path-traced reference beside the frame"),
+    ("I", "views of the insides, one after the other"),
     ("F12", "save the picture: PNG and EXR"),
     ("F10", "a new graphics device"),
     ("esc", "quit"),

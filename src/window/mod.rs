@@ -8,6 +8,7 @@ mod angles;
 mod app;
 mod camera;
 mod clock;
+mod compared;
 mod day;
 mod documents;
 mod events;
@@ -22,6 +23,7 @@ mod scale;
 mod session;
 mod studio;
 mod surface;
+mod truth;
 mod wishes;
 
 use std::path::PathBuf;

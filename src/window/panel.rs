@@ -5,18 +5,23 @@ mod clouds;
 mod field;
 mod files;
 pub(super) mod frame;
+mod insides;
 mod path;
 mod sky;
+mod tables;
 mod time;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use egui::{Align2, CollapsingHeader, Color32, Context, Grid, RichText, Ui, Window};
 
 use self::frame::History;
 use super::input::HELP;
 use super::session::Session;
+use super::truth::Figures;
 use crate::frame::FrameStats;
+use crate::tables::TableSet;
 
 /// Shaders of a renderer: what the start waits for. A test counts them.
 pub(super) const SHADERS: u32 = 29;
@@ -54,6 +59,14 @@ pub(super) struct Report {
     pub file: Option<PathBuf>,
     /// Scenes to choose from.
     pub scenes: Vec<PathBuf>,
+    /// What the colours of a view of the insides mean.
+    pub legend: Option<String>,
+    /// Samples a pixel of the reference.
+    pub samples: u32,
+    /// How far the frame is from it.
+    pub figures: Option<Figures>,
+    /// The tables.
+    pub tables: Option<Arc<TableSet>>,
     /// Shapes that the tables hold.
     pub shapes: Vec<String>,
 }
@@ -79,6 +92,13 @@ pub(super) fn show(ctx: &Context, session: &mut Session, report: &Report) {
     }
     if session.help {
         Window::new("Keys").anchor(Align2::RIGHT_TOP, [-8.0, 8.0]).resizable(false).show(ctx, keys);
+    }
+    if let Some(legend) = &report.legend {
+        Window::new("Legend")
+            .anchor(Align2::CENTER_TOP, [0.0, 8.0])
+            .title_bar(false)
+            .resizable(false)
+            .show(ctx, |ui| ui.label(legend));
     }
     if session.panel {
         Window::new("Cumuli")
@@ -125,6 +145,9 @@ fn contents(ui: &mut Ui, session: &mut Session, report: &Report) {
     section("Camera path", false).show(ui, |ui| path::path(ui, session));
     section("Quality", false).show(ui, |ui| time::quality(ui, session, report));
     section("Frame", false).show(ui, |ui| frame::frame(ui, report));
+    section("Insides", false).show(ui, |ui| insides::insides(ui, session, report));
+    section("Reference", false).show(ui, |ui| insides::reference(ui, session, report));
+    section("Tables", false).show(ui, |ui| tables::tables(ui, report));
     section("Keys", false).show(ui, keys);
 }
 

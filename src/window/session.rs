@@ -3,10 +3,12 @@
 use super::angles::Angles;
 use super::camera::FlyCamera;
 use super::clock::Clock;
+use super::compared::Comparison;
 use super::day::Day;
 use super::flight_path::FlightPath;
 use super::input::Key;
 use super::scale::{Resolution, SCALES};
+use super::studio::Inside;
 use super::wishes::Wish;
 use crate::frame::{Preset, RenderSettings};
 use crate::output::Format;
@@ -51,6 +53,10 @@ pub(super) struct Session {
     pub panel: bool,
     /// Whether the keys are shown.
     pub help: bool,
+    /// What of the insides is shown in place of the picture.
+    pub inside: Option<Inside>,
+    /// The reference beside the frame.
+    pub compare: Comparison,
     /// Which of the listed particles the panel shows.
     pub chosen_particle: usize,
     /// The file that the panel saves the scene into.
@@ -74,12 +80,15 @@ impl Session {
             settings: RenderSettings {
                 preset: Preset::High,
                 time_passes: true,
+                live: true,
                 ..Default::default()
             },
             resolution: Resolution::new(FIRST_RATE[0], FIRST_SCALE[0]),
             sharp: true,
             panel: true,
             help: false,
+            inside: None,
+            compare: Comparison::default(),
             chosen_particle: 0,
             save_as: "my-scene.toml".to_owned(),
             wishes: Vec::new(),
@@ -109,6 +118,12 @@ impl Session {
             Key::AddView => self.path.add(&self.fly.camera(), self.clock.time),
             Key::Replay => self.path.replay(),
             Key::SaveScene => self.wishes.push(Wish::SaveScene(None)),
+            Key::Compare => {
+                self.compare.wanted ^= true;
+                // Only a view at rest has one.
+                self.clock.running &= !self.compare.wanted;
+            }
+            Key::Inside => self.inside = next_inside(self.inside),
             Key::SavePath => self.wishes.push(Wish::SavePath),
             Key::LoseDevice => self.wishes.push(Wish::LoseDevice),
             Key::Screenshot => {
@@ -213,6 +228,13 @@ impl Session {
         self.medium = scene.medium;
         self.scene = scene;
     }
+}
+
+/// The views of the insides one after the other, then the picture again.
+fn next_inside(now: Option<Inside>) -> Option<Inside> {
+    let all = Inside::ALL.map(|(inside, _)| inside);
+    let next = now.and_then(|now| all.iter().position(|i| *i == now)).map_or(0, |i| i + 1);
+    all.get(next).copied()
 }
 
 #[cfg(test)]

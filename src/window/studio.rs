@@ -73,9 +73,9 @@ impl Studio {
         Ok(Self { shared, replies, thread: Some(thread), last: None, given: 0, answered: 0 })
     }
 
-    /// Asks for a picture, unless it is the one that was asked for last.
-    pub fn order(&mut self, order: Order) {
-        if self.last.as_ref() == Some(&order) {
+    /// Asks for a picture, unless it is the one that was asked for last, or `again`.
+    pub fn order(&mut self, order: Order, again: bool) {
+        if !again && self.last.as_ref() == Some(&order) {
             return;
         }
         self.given += 1;

@@ -15,6 +15,7 @@ fn report() -> Report {
         size: [640, 360],
         interval: 0.1,
         stats: FrameStats {
+            unfinished: false,
             passes: vec![pass("sky", false, None), pass("blend", true, Some(1.25))],
             counters: Counters { particles_generated: 4321, ..Counters::default() },
         },

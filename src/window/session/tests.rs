@@ -97,6 +97,17 @@ fn keys_do_what_the_help_says() {
     press(&mut session, Key::Replay);
     assert!(session.path.is_replaying());
     press(&mut session, Key::Replay);
+    session.clock.running = true;
+    press(&mut session, Key::Compare);
+    assert!(session.compare.wanted && !session.clock.running, "only a view at rest has one");
+    press(&mut session, Key::Compare);
+    assert!(!session.compare.wanted);
+    let seen = [0; 5].map(|_| {
+        press(&mut session, Key::Inside);
+        session.inside
+    });
+    assert_eq!(seen[..4], Inside::ALL.map(|(inside, _)| Some(inside)));
+    assert_eq!(seen[4], None, "the picture again");
     press(&mut session, Key::Home);
     assert_eq!(session.seen().camera, session.start.camera);
 }

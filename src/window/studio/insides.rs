@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::order::{Inside, Order};
 use crate::Result;
+use crate::compare::error_image::heat;
 use crate::frame::cpu::rings;
 use crate::frame::population::Shapes;
 use crate::frame::view::SCREEN_TILE;
@@ -71,7 +72,10 @@ pub(super) fn view(
         }
         Inside::Rings => {
             let pixels = splat(&scene.camera, size, by_ring(scene, tables, order.time)?);
-            View { pixels, legend: "particles by ring: red is the innermost; listed ones brown".to_owned() }
+            View {
+                pixels,
+                legend: "particles by ring: red is the innermost; listed ones brown".to_owned(),
+            }
         }
     })
 }
@@ -148,7 +152,7 @@ fn heat_map(size: [u32; 2], of_pixel: impl Fn(u32, u32) -> f32, what: &str) -> V
     let pixels = places()
         .map(|(x, y)| {
             let t = f64::from(of_pixel(x, y) / most.max(1.0));
-            let [r, g, b] = crate::compare::heat(t).to_array().map(|v| (255.0 * v).round() as u8);
+            let [r, g, b] = heat(t).to_array().map(|v| (255.0 * v).round() as u8);
             [r, g, b, 255]
         })
         .collect();

@@ -46,7 +46,7 @@ fn next(studio: &mut Studio) -> Reply {
 fn pictures_come_and_only_the_last_order_counts() {
     let mut studio = studio();
     let scene = Arc::new(scene());
-    studio.order(order(&scene, [32, 24]));
+    studio.order(order(&scene, [32, 24]), false);
     assert!(studio.is_busy());
     let Reply::Picture(first) = next(&mut studio) else { panic!("no picture") };
     assert_eq!(studio.compiled(), SHADERS, "the bar at the start counts to this");
@@ -55,10 +55,10 @@ fn pictures_come_and_only_the_last_order_counts() {
     assert_eq!((*size, pixels.len()), ([32, 24], 32 * 24));
     assert!(pixels.iter().any(|p| p != &pixels[0]), "a ball before the sky");
 
-    studio.order(order(&scene, [32, 24]));
+    studio.order(order(&scene, [32, 24]), false);
     assert!(!studio.is_busy(), "the same is not made twice");
     for width in 33..60 {
-        studio.order(order(&scene, [width, 24]));
+        studio.order(order(&scene, [width, 24]), false);
     }
     let mut made = 0;
     while studio.is_busy() {
@@ -76,7 +76,7 @@ fn what_cannot_be_done_is_refused_and_the_next_order_is_done() {
     let mut studio = studio();
     let good = Arc::new(scene());
     let bad = Arc::new(Scene { exposure: f64::NAN, ..scene() });
-    studio.order(order(&bad, [32, 24]));
+    studio.order(order(&bad, [32, 24]), false);
     let Reply::Refused(error) = next(&mut studio) else { panic!("not refused") };
     assert!(error.to_string().contains("exposure"), "{error}");
     studio.send(Errand::Save(order(&good, [16, 8]), vec!["/dev/null/a.png".into()]));
@@ -86,7 +86,7 @@ fn what_cannot_be_done_is_refused_and_the_next_order_is_done() {
     studio.send(Errand::Save(order(&good, [16, 8]), paths.clone()));
     assert!(matches!(next(&mut studio), Reply::Saved(saved) if saved == paths));
     assert!(paths.iter().all(|p| crate::output::is_whole_picture(p, [16, 8])));
-    studio.order(order(&good, [32, 24]));
+    studio.order(order(&good, [32, 24]), false);
     assert!(matches!(next(&mut studio), Reply::Picture(_)));
 }
 
@@ -96,7 +96,7 @@ fn a_lost_device_is_told_and_another_thread_goes_on() {
     let mut pixels = Vec::new();
     let mut lost = studio();
     for size in [[24, 16], [25, 16]] {
-        lost.order(order(&scene, size));
+        lost.order(order(&scene, size), false);
         match next(&mut lost) {
             Reply::Picture(shown) => pixels.push(shown.image),
             Reply::Failed(error) => assert!(matches!(error, Error::Gpu(_)), "{error}"),
@@ -107,7 +107,7 @@ fn a_lost_device_is_told_and_another_thread_goes_on() {
     assert_eq!(pixels.len(), 1, "the second was lost");
     drop(lost);
     let mut fresh = studio();
-    fresh.order(order(&scene, [24, 16]));
+    fresh.order(order(&scene, [24, 16]), false);
     let Reply::Picture(shown) = next(&mut fresh) else { panic!("no picture") };
     let (Image::Pixels(_, after), Image::Pixels(_, before)) = (&shown.image, &pixels[0]) else {
         panic!("not on the host")

@@ -1,0 +1,84 @@
+//! What measurements need of a renderer besides its pictures: buffers read back, another method in
+//! the blend's place, a fresh start.
+
+use super::Renderer;
+use crate::frame::composer::Composer;
+use crate::frame::cpu::light_grid::FieldSeen;
+use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight};
+use crate::frame::light_grid::LightGrid;
+use crate::{Error, Result};
+
+impl Renderer {
+    /// The last frame's particles and their light, read back; in the order of the device's buffers.
+    /// Only particles in view have light.
+    pub fn particles(&self) -> Result<(Vec<Particle>, Vec<ParticleLight>)> {
+        let Some(resources) = &self.resources else {
+            return Err(Error::Gpu("no frame was made".to_owned()));
+        };
+        let counts = self.gpu.read_buffer::<ParticleCount>(&resources.particle_count, 1)?;
+        let capacity = resources.layout.capacities.particles;
+        let count = counts.first().map_or(0, |c| c.particles.min(capacity)) as usize;
+        let particles = self.gpu.read_buffer(&resources.particles, count)?;
+        Ok((particles, self.gpu.read_buffer(&resources.particle_lights, count)?))
+    }
+
+    /// What the light grid sends to the last frame's eye, read back.
+    pub fn field(&self) -> Result<FieldSeen> {
+        self.grid.seen(&self.gpu)
+    }
+
+    /// Lengths of the lists of the last frame's tiles on screen, row by row; read back.
+    pub fn tile_entries(&self) -> Result<Vec<u32>> {
+        let Some(resources) = &self.resources else {
+            return Err(Error::Gpu("no frame was made".to_owned()));
+        };
+        let lists = &resources.screen.lists;
+        let ends = lists.tile_total_index() as usize + 1;
+        let offsets = self.gpu.read_buffer::<u32>(&lists.tile_offsets, ends)?;
+        Ok(offsets.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect())
+    }
+
+    /// Opacity-weighted distance of the clouds in every pixel of the last frame (m), read back; 0
+    /// where there are none.
+    pub fn distance(&self) -> Result<Vec<f32>> {
+        let Some(resources) = &self.resources else {
+            return Err(Error::Gpu("no frame was made".to_owned()));
+        };
+        self.gpu.read_texture(resources.targets.distance.texture())
+    }
+
+    /// Lets something else than the blend compose the particles from the next frame on, or again
+    /// the blend.
+    pub fn compose_with(&mut self, composer: Option<Box<dyn Composer>>) {
+        let unneeded = |c: &Option<Box<dyn Composer>>| c.as_ref().map_or(&[][..], |c| c.unneeded());
+        // The light grid holds what it was told it does only if its passes ran.
+        if unneeded(&self.composer) != unneeded(&composer) {
+            self.grid = LightGrid::default();
+        }
+        self.composer = composer;
+        self.changes.forget();
+    }
+
+    /// Layouts of the bind groups that a composer is handed: tables, sky, light field.
+    pub fn layouts(&self) -> [&wgpu::BindGroupLayout; 3] {
+        [self.tables.layout(), self.sky.layout(), self.passes.light_grid.layout()]
+    }
+
+    /// Whether the times of passes are wanted from the next frame on, even where taking them makes
+    /// frames slower.
+    pub fn time_passes(&mut self, wanted: bool) -> Result<()> {
+        self.stats.set_timing(&self.gpu, wanted)
+    }
+
+    /// Whether what can't be in view is made all the same from the next frame on: pictures must not
+    /// differ.
+    pub fn make_unseen(&mut self, wanted: bool) {
+        self.make_unseen = wanted;
+    }
+
+    /// Takes nothing of the frames before over into the next: it is made as the first one is.
+    pub fn forget(&mut self) {
+        self.changes.forget();
+        self.grid = LightGrid::default();
+    }
+}

@@ -1,0 +1,104 @@
+//! Everything that a frame's picture depends on, from the scene.
+
+use glam::DVec3;
+
+use super::Renderer;
+use crate::Result;
+use crate::frame::changes::FrameKey;
+use crate::frame::in_view::InView;
+use crate::frame::light_grid::{scale_field, scale_particles};
+use crate::frame::plan::Pass;
+use crate::frame::rings;
+use crate::frame::sky::{SkyInputs, SkyKind};
+use crate::frame::view::{self, Bounds};
+use crate::scene::{Scene, Sky};
+
+impl Renderer {
+    /// Everything this frame's picture depends on.
+    pub(super) fn key(
+        &self,
+        scene: &Scene,
+        time: f64,
+        size: [u32; 2],
+        shift: DVec3,
+        in_view: InView,
+    ) -> Result<FrameKey> {
+        let camera = &scene.camera;
+        let scale = self.truncation.scale(scene.medium.albedo);
+        let mut listed = self.shapes.listed(&scene.particles, camera.position)?;
+        scale_particles(&mut listed, scale);
+        let first_slot = listed.len() as u32;
+        let mut clouds = self.shapes.field(scene, time, first_slot, self.capacities.particles)?;
+        if let Some(clouds) = &mut clouds {
+            scale_field(clouds, scale);
+        }
+        let any = clouds.is_some() || !listed.is_empty();
+        let has_clouds = any && in_view.clouds && self.omit != Some(Pass::Blend);
+        let has_shadows = any && in_view.ground;
+        // What a picture without clouds does not depend on shall not make it anew.
+        let capacity = if has_clouds || has_shadows { self.capacities.particles } else { 0 };
+        let bounds = bounds(scene, time);
+        let samples = self.quality.light_samples;
+        let light = view::light_view(scene.sun.direction, &bounds, camera.position, samples);
+        Ok(FrameKey {
+            frame: view::frame_uniforms(
+                scene,
+                camera,
+                size,
+                &self.truncation,
+                shift,
+                &self.quality,
+                capacity,
+                [has_clouds, has_shadows],
+            ),
+            clouds,
+            listed,
+            light,
+            shadow: view::shadow_uniforms(camera.position, &bounds, self.quality.shadow_resolution),
+            in_view,
+        })
+    }
+}
+
+/// What the sky of a scene depends on.
+pub fn sky_inputs(scene: &Scene) -> SkyInputs {
+    SkyInputs {
+        kind: match scene.sky {
+            Sky::Uniform { radiance } => SkyKind::Uniform { radiance: radiance as f32 },
+            Sky::Atmosphere => SkyKind::Atmosphere,
+        },
+        sun_direction: scene.sun.direction.as_vec3(),
+        sun_irradiance: scene.sun.irradiance as f32,
+        angular_diameter: scene.sun.angular_diameter.to_radians() as f32,
+        camera_altitude: scene.camera.position.y,
+        ground_albedo: scene.effective_ground().map_or(DVec3::ZERO, |g| g.albedo).as_vec3(),
+    }
+}
+
+/// A box around all particles of the scene.
+fn bounds(scene: &Scene, time: f64) -> Bounds {
+    let mut result = Bounds { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, detail: 1e-3 };
+    if let Some(field) = &scene.clouds {
+        let reach = rings::reach(field);
+        let largest = field.particle_size * field.cell_size;
+        let camera = scene.camera.position;
+        let base = field.base + field.wind.y * time;
+        result.low = DVec3::new(camera.x - reach, base - largest, camera.z - reach);
+        result.high =
+            DVec3::new(camera.x + reach, base + 1.5 * field.thickness + largest, camera.z + reach);
+        result.detail = largest;
+    }
+    if !scene.particles.is_empty() {
+        let mut radii = 0.0;
+        for particle in &scene.particles {
+            result.low = result.low.min(particle.centre - particle.radius);
+            result.high = result.high.max(particle.centre + particle.radius);
+            radii += particle.radius;
+        }
+        result.detail = result.detail.max(radii / scene.particles.len() as f64);
+    }
+    if result.low.x > result.high.x {
+        result = Bounds { low: DVec3::ZERO, high: DVec3::ONE, detail: 1.0 };
+    }
+    result
+}

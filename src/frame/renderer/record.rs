@@ -1,0 +1,153 @@
+//! Records the passes that the plan names.
+
+use glam::DVec3;
+
+use super::Renderer;
+use crate::Result;
+use crate::frame::changes::{FrameKey, Product};
+use crate::frame::composer::ComposeInputs;
+use crate::frame::gpu_data::FrameUniforms;
+use crate::frame::light_grid::GridWork;
+use crate::frame::plan::{FramePlan, Pass};
+use crate::frame::resources::Resources;
+use crate::frame::sky::SkyWork;
+
+/// Epochs of light run from 1 to this and over: all of them are exact in f32. Buffers start with
+/// 0, which is none.
+const LAST_EPOCH: u32 = 1 << 24;
+
+impl Renderer {
+    /// Records and submits a frame.
+    pub(super) fn record(
+        &mut self,
+        resources: &Resources,
+        plan: &FramePlan,
+        key: &FrameKey,
+        sky: SkyWork,
+        grid: &GridWork,
+        shift: DVec3,
+    ) -> Result<()> {
+        let gpu = &self.gpu;
+        let passes = &self.passes;
+        if plan.relit() {
+            self.light_epoch = self.light_epoch % LAST_EPOCH + 1;
+        }
+        let frame = FrameUniforms { light_epoch: self.light_epoch, ..key.frame };
+        gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&frame));
+        resources.write_view(gpu, &key.light);
+        gpu.queue.write_buffer(&self.shadow.uniforms, 0, bytemuck::bytes_of(&key.shadow));
+        let particles = plan.makes(Product::Particles);
+        if particles {
+            gpu.queue.write_buffer(&resources.particles, 0, bytemuck::cast_slice(&key.listed));
+        }
+        if particles && key.clouds.is_none() {
+            let count = key.listed.len() as u32;
+            gpu.queue.write_buffer(
+                &resources.particle_count,
+                0,
+                bytemuck::cast_slice(&[count, count]),
+            );
+        }
+
+        let (tables, sky_bindings) = (self.tables.bind_group(), self.sky.bind_group());
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        let screen = plan.makes(Product::ScreenLists);
+        if plan.runs(Pass::Project) && screen {
+            encoder.clear_buffer(&resources.visible, 0, None);
+        }
+        if plan.runs(Pass::Blend) {
+            encoder.clear_buffer(&resources.blend_counts, 0, None);
+        }
+        let pictures: Vec<_> = [
+            screen.then_some((&resources.screen, &passes.screen_project)),
+            plan.makes(Product::LightLists)
+                .then_some((&resources.light.lists, &passes.light_project)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        for pass in Pass::ALL.into_iter().filter(|p| plan.runs(*p)) {
+            self.stats.timed(gpu, pass, &mut encoder, |encoder| {
+                if pass == Pass::Sky {
+                    return self.sky.encode(encoder, sky);
+                }
+                if pass == Pass::LightGrid {
+                    return passes.light_grid.encode_solve(gpu, encoder, passes, &self.grid, grid);
+                }
+                let compute = &mut compute_pass(encoder, pass);
+                match pass {
+                    Pass::Sky | Pass::LightGrid => {}
+                    Pass::LightField => {
+                        passes.light_grid.encode_field(gpu, compute, &self.grid, shift);
+                    }
+                    Pass::Rings => {
+                        if let (Some(job), Some(clouds)) = (&resources.rings, &key.clouds) {
+                            passes.rings.encode(gpu, compute, &passes.lists.scan, job, clouds);
+                        }
+                    }
+                    Pass::Project => {
+                        pictures.iter().for_each(|(lists, p)| lists.encode_project(compute, p));
+                    }
+                    Pass::Sort => {
+                        pictures.iter().for_each(|(l, _)| l.encode_sort(compute, &passes.lists));
+                    }
+                    Pass::TileLists => {
+                        pictures.iter().for_each(|(l, _)| l.encode_lists(compute, &passes.lists));
+                    }
+                    Pass::Light => {
+                        if let Some(field) = self.grid.bind_group() {
+                            let groups = [tables, sky_bindings, field];
+                            passes.light.encode(compute, &resources.light.job, groups);
+                        }
+                    }
+                    Pass::Shadow => {
+                        passes.shadow.encode(
+                            compute,
+                            &self.shadow,
+                            &resources.shadow_bindings,
+                            tables,
+                        );
+                    }
+                    Pass::Blend => {
+                        let bindings = &resources.blend_bindings;
+                        if let Some(field) = self.grid.bind_group() {
+                            let groups = [tables, sky_bindings, field];
+                            if let Some(composer) = &self.composer {
+                                let inputs = ComposeInputs { resources, phase: &self.phase };
+                                composer.encode(gpu, compute, &inputs, groups);
+                            } else {
+                                passes.blend.encode(compute, key.frame.size, bindings, groups);
+                            }
+                        }
+                    }
+                    Pass::Resolve => {
+                        let bindings = &resources.resolve_bindings;
+                        passes.resolve.encode(
+                            compute,
+                            key.frame.size,
+                            bindings,
+                            tables,
+                            sky_bindings,
+                        );
+                    }
+                    Pass::Tonemap => {
+                        passes.tonemap.encode(compute, key.frame.size, &resources.tonemap_bindings);
+                    }
+                }
+            })?;
+        }
+        let grid_count = self.grid.particle_count().filter(|_| plan.has_clouds());
+        self.stats.gather(&mut encoder, resources, grid_count);
+        gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+}
+
+fn compute_pass(encoder: &mut wgpu::CommandEncoder, pass: Pass) -> wgpu::ComputePass<'_> {
+    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+        label: Some(pass.name()),
+        timestamp_writes: None,
+    })
+}
