@@ -14,7 +14,7 @@ use super::panel::{self, Report};
 use super::saving;
 use super::session::Session;
 use super::studio::{Errand, Order, Reply, Shown, Studio, Wake};
-use super::truth::{News, Truth};
+use super::truth::{Beside, News, Truth};
 use super::wishes::Wish;
 use super::{WindowOptions, window_error};
 use crate::frame::Preset;
@@ -50,6 +50,8 @@ pub(super) struct App {
     pub(super) truth: Option<Truth>,
     /// What it has told last.
     pub(super) news: Option<News>,
+    /// What of it is on the screen.
+    pub(super) beside: Beside,
     /// The scene's file.
     pub(super) watched: Option<Watched>,
     /// When it is looked at next.
@@ -94,6 +96,7 @@ impl App {
             looking: false,
             truth: None,
             news: None,
+            beside: Beside::default(),
             watched: None,
             look_at: Instant::now(),
             adapted: false,

@@ -43,6 +43,9 @@ impl App {
         let size = window.map(|side| ((side as f32 * scale).round() as u32).clamp(1, most));
         let subject = self.present_order(size);
         if self.truth.as_ref().is_some_and(|truth| truth.subject == subject) {
+            if self.beside != self.session.compare.beside {
+                self.show_beside();
+            }
             return Ok(());
         }
         self.forget_truth();
@@ -76,6 +79,11 @@ impl App {
             Some(Ok(news)) => {
                 self.report.samples = news.samples;
                 self.report.figures = news.errors.as_ref().map(|(_, figures)| *figures);
+                tracing::info!(
+                    "reference: {} paths a pixel, {:?}",
+                    news.samples,
+                    self.report.figures
+                );
                 self.news = Some(news);
                 self.show_beside();
             }
@@ -88,6 +96,7 @@ impl App {
 
     /// Shows what was chosen right of the line, if it is there.
     pub fn show_beside(&mut self) {
+        self.beside = self.session.compare.beside;
         let image =
             self.news.as_ref().map(|news| match (self.session.compare.beside, &news.errors) {
                 (Beside::Difference, Some(([difference, _], _))) => difference,

@@ -24,7 +24,10 @@ use crate::frame::FrameStats;
 use crate::tables::TableSet;
 
 /// Shaders of a renderer: what the start waits for. A test counts them.
-pub(super) const SHADERS: u32 = 29;
+pub(super) const SHADERS: u32 = 20;
+
+/// Between the panel and the window's edge, points.
+const MARGIN: f32 = 8.0;
 
 /// What the panel tells.
 #[derive(Clone, Debug, Default)]
@@ -101,9 +104,10 @@ pub(super) fn show(ctx: &Context, session: &mut Session, report: &Report) {
             .show(ctx, |ui| ui.label(legend));
     }
     if session.panel {
+        let height = (ctx.content_rect().height() - 2.0 * MARGIN).max(MARGIN);
         Window::new("Cumuli")
-            .default_pos([8.0, 8.0])
-            .default_size([300.0, 680.0])
+            .default_pos([MARGIN; 2])
+            .default_size([300.0, height])
             .vscroll(true)
             .show(ctx, |ui| contents(ui, session, report));
     }
@@ -130,6 +134,9 @@ fn contents(ui: &mut Ui, session: &mut Session, report: &Report) {
     } else {
         ui.label(&report.adapter);
     }
+    ui.checkbox(&mut session.unfold, "all sections");
+    let all = session.unfold;
+    let section = |title, open| section(title, open).open(all.then_some(true));
     section("Scene", true).show(ui, |ui| files::files(ui, session, report));
     section("Sun", true).show(ui, |ui| sky::sun(ui, session));
     section("Sky and ground", false).show(ui, |ui| {
@@ -144,7 +151,7 @@ fn contents(ui: &mut Ui, session: &mut Session, report: &Report) {
     section("Time", true).show(ui, |ui| time::time(ui, session));
     section("Camera path", false).show(ui, |ui| path::path(ui, session));
     section("Quality", false).show(ui, |ui| time::quality(ui, session, report));
-    section("Frame", false).show(ui, |ui| frame::frame(ui, report));
+    section("Frame", true).show(ui, |ui| frame::frame(ui, report));
     section("Insides", false).show(ui, |ui| insides::insides(ui, session, report));
     section("Reference", false).show(ui, |ui| insides::reference(ui, session, report));
     section("Tables", false).show(ui, |ui| tables::tables(ui, report));

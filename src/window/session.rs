@@ -51,6 +51,8 @@ pub(super) struct Session {
     pub sharp: bool,
     /// Whether the panel is shown.
     pub panel: bool,
+    /// Whether all sections of the panel are open.
+    pub unfold: bool,
     /// Whether the keys are shown.
     pub help: bool,
     /// What of the insides is shown in place of the picture.
@@ -86,6 +88,7 @@ impl Session {
             resolution: Resolution::new(FIRST_RATE[0], FIRST_SCALE[0]),
             sharp: true,
             panel: true,
+            unfold: false,
             help: false,
             inside: None,
             compare: Comparison::default(),

@@ -13,12 +13,16 @@ use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use crate::Error;
 use crate::gpu::Gpu;
 use crate::tables::TableSet;
 
 pub(super) use order::{Errand, Image, Inside, Order, Reply, Shown};
+
+/// What is under way when the window closes has so long to be finished.
+const FAREWELL: Duration = Duration::from_secs(10);
 
 /// Tells the window that there is a reply.
 pub(super) type Wake = Arc<dyn Fn() + Send + Sync>;
@@ -119,8 +123,14 @@ impl Drop for Studio {
     fn drop(&mut self) {
         lock(&self.shared.inbox).closing = true;
         self.shared.filled.notify_one();
-        if let Some(thread) = self.thread.take() {
-            // A picture that is under way is finished first: what is on the device stays valid.
+        let Some(thread) = self.thread.take() else { return };
+        // A picture that is under way is finished first: what is on the device stays valid. Tables
+        // that take a minute end with the program.
+        let end = Instant::now() + FAREWELL;
+        while !thread.is_finished() && Instant::now() < end {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        if thread.is_finished() {
             let _ = thread.join();
         }
     }

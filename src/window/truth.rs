@@ -21,6 +21,8 @@ use crate::{Error, Result};
 
 /// Between two pictures of what there is so far.
 const INTERVAL: Duration = Duration::from_secs(1);
+/// Between two looks for a frame that is late.
+const WAIT: Duration = Duration::from_millis(50);
 /// Samples a pixel after which it is left at that: an error of a hundredth of one sample's.
 const MOST_SAMPLES: u32 = 10_000;
 /// Differences beyond so many standard errors are counted as errors.
@@ -160,7 +162,18 @@ impl Work {
                 told = Instant::now();
             }
             Ok(())
-        })
+        })?;
+        // The frame may come later than the last sample.
+        while self.frame().is_none() && !self.cancelled.load(Ordering::Relaxed) {
+            std::thread::sleep(WAIT);
+        }
+        self.tell(self.develop(&film));
+        Ok(())
+    }
+
+    /// The frame to compare with, if it is there.
+    fn frame(&self) -> Option<Picture> {
+        self.frame.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     fn tell(&self, news: Result<News>) {
@@ -171,8 +184,7 @@ impl Work {
 
     fn develop(&self, film: &Film) -> Result<News> {
         let reference = picture(&self.scene, film.size, film.radiance());
-        let frame = self.frame.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        let errors = frame.map(|frame| errors(&self.scene, &frame, film)).transpose()?;
+        let errors = self.frame().map(|frame| errors(&self.scene, &frame, film)).transpose()?;
         let image = Image::Pixels(film.size, reference.pixels);
         Ok(News { samples: film.samples, reference: image, errors })
     }

@@ -49,6 +49,10 @@ fn changes_on_disk_are_shown_and_mistakes_told() {
     let path = flight.path("scene.toml");
     std::fs::write(&path, SCENE.replace("radius = 100.0", "radius = \"wide\"")).expect("written");
     until("the mistake is told", || flight.log().contains("particles[0].radius").then_some(()));
+    until("it is on the screen, at the bottom", || {
+        let screen = flight.display.screen([640, 480]);
+        (screen.get_pixel(320, 465).0[1] < 60).then_some(())
+    });
     flight.keep_screen("mistake.png", [640, 480]);
     assert_eq!(flight.picture(), before, "the last good scene goes on");
     std::fs::write(&path, SCENE.replace("radius = 100.0", "radius = 160.0")).expect("written");
@@ -60,7 +64,7 @@ fn changes_on_disk_are_shown_and_mistakes_told() {
 
 #[test]
 fn a_recorded_path_is_saved() {
-    let Some(flight) = Flight::start(SCENE, "320x240") else { return };
+    let Some(mut flight) = Flight::start(SCENE, "320x240") else { return };
     flight.keys(&["r"]);
     flight.display.tool(&["keydown", "d"]);
     std::thread::sleep(std::time::Duration::from_millis(1500));
@@ -75,6 +79,10 @@ fn a_recorded_path_is_saved() {
     let render = ["render", "--scene", "scene.toml", "--preset", "low", "--size", "64x48"];
     let frames = ["--path", "path-0001.toml", "--frames", "0..2", "--fps", "1", "--out", "f"];
     flight.other(&[&render[..], &frames].concat());
+    flight.keys(&["Home"]);
+    let home = flight.picture();
+    flight.keys(&["p"]);
+    until("it flies along the path", || (flight.picture() != home).then_some(()));
     let frame =
         |i: u32| std::fs::read(flight.path(&format!("f/frame_{i:05}.png"))).expect("a frame");
     assert!(frame(0) != frame(1), "the camera moves");

@@ -22,6 +22,11 @@ impl Flight {
     /// Starts it with a scene, and stops the time; none where this machine has no X server to try
     /// it on.
     pub fn start(scene: &str, size: &str) -> Option<Self> {
+        Self::start_at_scale(scene, size, "1")
+    }
+
+    /// The same on a display with so many pixels to a point.
+    pub fn start_at_scale(scene: &str, size: &str, scale: &str) -> Option<Self> {
         if !is_there("Xvfb") || !is_there("xdotool") {
             println!("skipped: Xvfb and xdotool are needed to try the window");
             return None;
@@ -35,6 +40,7 @@ impl Flight {
             .current_dir(dir.path())
             .env("DISPLAY", display.name())
             .env("XDG_RUNTIME_DIR", dir.path())
+            .env("WINIT_X11_SCALE_FACTOR", scale)
             .env("RUST_LOG", "cumuli=info")
             .env_remove("WAYLAND_DISPLAY")
             .stdin(Stdio::null())

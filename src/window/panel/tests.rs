@@ -1,6 +1,6 @@
 use super::*;
 use crate::frame::{Counters, PassTime};
-use crate::scene::{CloudField, Scene};
+use crate::scene::{CloudField, ParticleSpec, Scene};
 
 fn report() -> Report {
     let pass = |name: &str, ran, milliseconds| PassTime {
@@ -32,7 +32,7 @@ fn shown(session: &mut Session, events: Vec<Vec<egui::Event>>) -> String {
     let ctx = egui::Context::default();
     let mut text = String::new();
     for events in [vec![Vec::new(); 3], events].concat() {
-        let size = egui::vec2(1280.0, 2000.0);
+        let size = egui::vec2(1280.0, 9000.0);
         let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size));
         let input = egui::RawInput { screen_rect, events, ..Default::default() };
         let output = ctx.run_ui(input, |ui| show(ui.ctx(), session, &report()));
@@ -56,6 +56,18 @@ fn session() -> Session {
     session.clock.pace = 0.012_345;
     session.resolution.scale = 0.123_45;
     session.resolution.rate = 12.345;
+    session.resolution.automatic = false;
+    session.unfold = true;
+    session.compare.wanted = true;
+    session.clock.running = false;
+    session.scene.particles.push(ParticleSpec {
+        centre: glam::DVec3::new(1.234_567_891_2, -2e9, 3e-7),
+        radius: 1e-3,
+        extinction: 123_456.789,
+        shape: "soft-1".to_owned(),
+        orientation: glam::DQuat::from_xyzw(0.1, 0.7, -0.7, 0.1).normalize(),
+    });
+    session.start = session.scene.clone();
     session
 }
 
@@ -77,6 +89,20 @@ fn showing_it_changes_nothing() {
         "1.25 ms",
         "skipped",
         "a reason",
+        // One of each section.
+        "Save scene",
+        "time of day",
+        "irradiance",
+        "feature size",
+        "diameter",
+        "turn",
+        "shutter",
+        "pace",
+        "Fly along",
+        "preset",
+        "sunlight at particles",
+        "0 paths a pixel",
+        "fly along the camera path",
         "4321, 0 in view",
         "line 3: a mistake",
     ] {
@@ -87,7 +113,7 @@ fn showing_it_changes_nothing() {
 #[test]
 fn without_a_field_there_is_no_coverage() {
     let mut session = session();
-    assert!(shown(&mut session, Vec::new()).contains("coverage"));
+    assert!(shown(&mut session, Vec::new()).contains("feature size"));
     session.scene.clouds = None;
-    assert!(!shown(&mut session, Vec::new()).contains("coverage"));
+    assert!(!shown(&mut session, Vec::new()).contains("feature size"));
 }

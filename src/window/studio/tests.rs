@@ -1,5 +1,3 @@
-use std::time::{Duration, Instant};
-
 use super::*;
 use crate::frame::{Preset, RenderSettings};
 use crate::scene::{ParticleSpec, Scene, Sky};
