@@ -279,6 +279,10 @@ impl App {
         self.report.legend = shown.legend;
         let window = self.window.as_ref().map(|w| w.inner_size().into()).unwrap_or([1, 1]);
         let most = self.graphics.as_ref().map_or(1, Graphics::most_pixels);
+        if shown.order.inside != self.report.inside {
+            self.report.inside = shown.order.inside;
+            tracing::info!("shows {:?}", shown.order.inside);
+        }
         let usual = self.session.picture_size(window, most, false) == shown.order.size;
         if usual && !shown.cold {
             self.session.resolution.took(shown.seconds);

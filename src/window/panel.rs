@@ -19,6 +19,7 @@ use egui::{Align2, CollapsingHeader, Color32, Context, Grid, RichText, Ui, Windo
 use self::frame::History;
 use super::input::HELP;
 use super::session::Session;
+use super::studio::Inside;
 use super::truth::Figures;
 use crate::frame::FrameStats;
 use crate::tables::TableSet;
@@ -62,6 +63,8 @@ pub(super) struct Report {
     pub file: Option<PathBuf>,
     /// Scenes to choose from.
     pub scenes: Vec<PathBuf>,
+    /// Which view of the insides is shown.
+    pub inside: Option<Inside>,
     /// What the colours of a view of the insides mean.
     pub legend: Option<String>,
     /// Samples a pixel of the reference.
