@@ -257,5 +257,10 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
     let opacity = 1.0 - transmittance;
     let target_texel = select(id.xy, pixel, frame.in_place != 0u);
     textureStore(radiance_out, target_texel, vec4(radiance, transmittance));
-    textureStore(distance_out, target_texel, vec4(select(0.0, distance_sum / opacity, opacity > 0.0), 0.0, 0.0, 0.0));
+#ifdef COUNT_STEPS
+    let told = f32(lookups);
+#else
+    let told = select(0.0, distance_sum / opacity, opacity > 0.0);
+#endif
+    textureStore(distance_out, target_texel, vec4(told, 0.0, 0.0, 0.0));
 }

@@ -77,15 +77,21 @@ impl Renderer {
         scene.validate()?;
         gpu.forget_parts();
         gpu.begin_part("sky");
-        let library = ShaderLibrary::new()?;
         let quality = settings.quality();
         let medium = &scene.medium;
-        let tables_gpu = TablesGpu::new(gpu, tables, &medium.phase, medium.albedo)?;
-        let sky = SkyPass::new(gpu, &library)?;
         let shapes = Shapes::new(tables);
-        let spreads = Spreads::new(&shapes)?;
         let truncation = Truncation::new(&medium.phase);
-        let halo = Halo::new(&medium.phase, &truncation);
+        // A third of a second each: nobody waits for one after the other.
+        let ((spreads, halo), compiled) = rayon::join(
+            || (Spreads::new(&shapes), Halo::new(&medium.phase, &truncation)),
+            || -> Result<_> {
+                let library = ShaderLibrary::new()?;
+                let tables = TablesGpu::new(gpu, tables, &medium.phase, medium.albedo)?;
+                let sky = SkyPass::new(gpu, &library)?;
+                Ok((library, tables, sky))
+            },
+        );
+        let (spreads, (library, tables_gpu, sky)) = (spreads?, compiled?);
         let grid = GridMedium { spreads: &spreads, halo: &halo, albedo: medium.albedo };
         let groups = [tables_gpu.layout(), sky.layout()];
         let passes = Passes::new(gpu, &library, &quality, &grid, groups)?;

@@ -27,6 +27,17 @@ impl Renderer {
         self.grid.seen(&self.gpu)
     }
 
+    /// Lengths of the lists of the last frame's tiles on screen, row by row; read back.
+    pub fn tile_entries(&self) -> Result<Vec<u32>> {
+        let Some(resources) = &self.resources else {
+            return Err(Error::Gpu("no frame was made".to_owned()));
+        };
+        let lists = &resources.screen.lists;
+        let ends = lists.tile_total_index() as usize + 1;
+        let offsets = self.gpu.read_buffer::<u32>(&lists.tile_offsets, ends)?;
+        Ok(offsets.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect())
+    }
+
     /// Opacity-weighted distance of the clouds in every pixel of the last frame (m), read back; 0
     /// where there are none.
     pub fn distance(&self) -> Result<Vec<f32>> {
