@@ -6,6 +6,7 @@ use crate::frame::composer::Composer;
 use crate::frame::cpu::light_grid::FieldSeen;
 use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight};
 use crate::frame::light_grid::LightGrid;
+use crate::frame::view::SCREEN_TILE;
 use crate::{Error, Result};
 
 impl Renderer {
@@ -36,6 +37,11 @@ impl Renderer {
         let ends = lists.tile_total_index() as usize + 1;
         let offsets = self.gpu.read_buffer::<u32>(&lists.tile_offsets, ends)?;
         Ok(offsets.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect())
+    }
+
+    /// Sides of those tiles, pixels.
+    pub fn tile_side(&self) -> u32 {
+        SCREEN_TILE * self.stride()
     }
 
     /// Opacity-weighted distance of the clouds in every pixel of the last frame (m), read back; 0
