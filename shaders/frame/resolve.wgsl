@@ -2,20 +2,24 @@
 //
 // Workgroup contract: one invocation owns one pixel.
 #import cumuli::gpu_data::FrameUniforms
-#import cumuli::shadow_maps::{ShadowUniforms, shadow_place}
+#import cumuli::shadow_maps::{ShadowTexel, ShadowUniforms, shadow_index, shadow_place}
 #import cumuli::sky::{air_between, ground_distance, ground_radiance, sky_radiance, sun_disc_radiance}
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
 @group(0) @binding(1) var<uniform> maps: ShadowUniforms;
 @group(0) @binding(2) var clouds: texture_2d<f32>;         // rgb radiance, a transmittance
 @group(0) @binding(3) var cloud_distance: texture_2d<f32>; // m
-@group(0) @binding(4) var shadows: texture_2d_array<f32>;
+@group(0) @binding(4) var<storage, read> shadows: array<ShadowTexel>;
 @group(0) @binding(5) var picture: texture_storage_2d<rgba32float, write>;
 
 // Width of the blend between the two maps and at the outer border, as a share of a map's side.
 const BORDER: f32 = 0.08;
 
-// Bilinear by hand: r32float need not be filterable.
+fn shadow_texel(index: u32, x: i32, y: i32) -> f32 {
+    return shadows[shadow_index(maps, index, vec2(u32(x), u32(y)))].transmittance;
+}
+
+// Bilinear.
 fn shadow_sample(index: u32, place: vec2<f32>) -> f32 {
     let size = i32(maps.resolution);
     let texel = place * f32(size) - 0.5;
@@ -23,9 +27,8 @@ fn shadow_sample(index: u32, place: vec2<f32>) -> f32 {
     let f = texel - floor(texel);
     let a = clamp(low, vec2(0), vec2(size - 1));
     let b = clamp(low + 1, vec2(0), vec2(size - 1));
-    let layer = i32(index);
-    let top = mix(textureLoad(shadows, vec2(a.x, a.y), layer, 0).r, textureLoad(shadows, vec2(b.x, a.y), layer, 0).r, f.x);
-    let bottom = mix(textureLoad(shadows, vec2(a.x, b.y), layer, 0).r, textureLoad(shadows, vec2(b.x, b.y), layer, 0).r, f.x);
+    let top = mix(shadow_texel(index, a.x, a.y), shadow_texel(index, b.x, a.y), f.x);
+    let bottom = mix(shadow_texel(index, a.x, b.y), shadow_texel(index, b.x, b.y), f.x);
     return mix(top, bottom, f.y);
 }
 

@@ -5,8 +5,19 @@ struct ShadowUniforms {
     corner: array<vec4<f32>, 2>, // xy: m, x and z of the map's corner relative to the camera; z: m, side
     resolution: u32,             // texels a side
     ground: f32,                 // m, altitude of the ground relative to the camera
-    padding_a: u32,
+    seen_only: u32,              // 1: only what the picture may show is made
     padding_b: u32,
+}
+
+// A texel, made in the frame of this epoch.
+struct ShadowTexel {
+    transmittance: f32,
+    epoch: f32,
+}
+
+// Index of a texel of a map.
+fn shadow_index(maps: ShadowUniforms, index: u32, texel: vec2<u32>) -> u32 {
+    return (index * maps.resolution + texel.y) * maps.resolution + texel.x;
 }
 
 // Point on the ground in the middle of a texel, relative to the camera.

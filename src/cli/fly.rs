@@ -1,6 +1,7 @@
 //! `cumuli fly`: the window.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
 
@@ -9,6 +10,7 @@ use super::progress::StageBar;
 use super::{engine, render};
 use crate::error::Result;
 use crate::frame::Preset;
+use crate::scene::CameraPath;
 use crate::window::{self, WindowOptions};
 
 /// Arguments of `cumuli fly`.
@@ -26,6 +28,9 @@ pub struct FlyArgs {
     /// Quality against time; without it, high on a graphics card and low without one
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
+    /// Camera path to fly along with P
+    #[arg(long, value_name = "FILE")]
+    pub path: Option<PathBuf>,
     /// Table file made by precompute; without it, the built-in tables
     #[arg(long, value_name = "FILE")]
     pub tables: Option<PathBuf>,
@@ -34,22 +39,34 @@ pub struct FlyArgs {
 impl Default for FlyArgs {
     /// What `cumuli` without arguments shows.
     fn default() -> Self {
-        Self { scene: None, size: Size([1280, 720]), time: 0.0, preset: None, tables: None }
+        Self {
+            scene: None,
+            size: Size([1280, 720]),
+            time: 0.0,
+            preset: None,
+            path: None,
+            tables: None,
+        }
     }
 }
 
 /// Runs the command.
 pub(super) fn run(args: &FlyArgs) -> Result<()> {
+    let begun = Instant::now();
     let (scene, place) = render::load_scene(args.scene.as_deref())?;
+    let path = args.path.as_deref().map(CameraPath::load).transpose()?;
     let tables = engine::tables_of(args.tables.as_deref())?;
     let medium = &scene.medium;
     let tables = tables.with_scattering_for(&medium.phase, medium.albedo, &StageBar::new())?;
     scene.check_shapes(&place, &tables.shape_names().collect::<Vec<_>>())?;
     window::run(WindowOptions {
         scene,
+        file: args.scene.clone(),
+        path,
         tables,
         time: args.time,
         preset: args.preset,
         size: args.size.0,
+        begun,
     })
 }

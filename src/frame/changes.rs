@@ -89,7 +89,7 @@ impl Product {
             Self::ScreenLists => &[Input::Particles, Input::Camera],
             Self::LightLists => &[Input::Particles, Input::Sun],
             Self::Light => &[Input::Particles, Input::Camera, Input::Sun, Input::Sky, Input::Grid],
-            Self::Shadow => &[Input::Particles, Input::Sun, Input::ShadowMaps],
+            Self::Shadow => &[Input::Particles, Input::Camera, Input::Sun, Input::ShadowMaps],
             Self::Clouds => &[
                 Input::Particles,
                 Input::Camera,

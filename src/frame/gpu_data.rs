@@ -105,6 +105,20 @@ gpu_struct! {
         has_shadows: u32,
         /// m, anchor of the light grid relative to the camera.
         grid_shift: [f32; 4],
+        /// Blocks of pixels.
+        blocks: [u32; 2],
+        /// Sides of a block, pixels: 1 or 2.
+        stride: u32,
+        /// Which pixel of its block the blend shades; all of them where there is no such pixel.
+        phase: u32,
+        /// 1: the blend writes to the pixels, 0: to the blocks.
+        in_place: u32,
+        /// Changes whenever the shadow of any place does; below 2^24.
+        shadow_epoch: u32,
+        /// Unused.
+        padding_a: u32,
+        /// Unused.
+        padding_b: u32,
     }
 }
 
@@ -273,6 +287,16 @@ gpu_struct! {
 }
 
 gpu_struct! {
+    /// A texel of a shadow map.
+    ShadowTexel {
+        /// Of the clouds.
+        transmittance: f32,
+        /// Of the frame that made it.
+        epoch: f32,
+    }
+}
+
+gpu_struct! {
     /// The two shadow maps on the ground.
     ShadowUniforms {
         /// x, y: corner (x and z, m, relative to the camera); z: side, m.
@@ -281,8 +305,8 @@ gpu_struct! {
         resolution: u32,
         /// m, altitude of the ground relative to the camera.
         ground: f32,
-        /// Unused.
-        padding_a: u32,
+        /// 1: only what the picture may show is made.
+        seen_only: u32,
         /// Unused.
         padding_b: u32,
     }
@@ -340,7 +364,7 @@ mod tests {
             CloudUniforms,
             ParticleCount
         );
-        check!(&shadow, ShadowUniforms);
+        check!(&shadow, ShadowUniforms, ShadowTexel);
         let grid = text(include_str!("../../shaders/shared/light_grid_data.wgsl"));
         check!(&grid, GridLevel, LightGridUniforms, GridEye, GridStage);
     }

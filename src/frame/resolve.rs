@@ -41,7 +41,7 @@ impl ResolvePass {
                 shadow.uniforms.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&targets.clouds),
                 wgpu::BindingResource::TextureView(&targets.distance),
-                wgpu::BindingResource::TextureView(&shadow.view()),
+                shadow.maps.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&picture),
             ],
         )

@@ -1,6 +1,6 @@
 //! Shadow: transmittance of the clouds between the ground and the sun, on two square maps.
 
-use super::gpu_data::ShadowUniforms;
+use super::gpu_data::{ShadowTexel, ShadowUniforms};
 use super::picture_lists::PictureLists;
 use crate::Result;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
@@ -19,8 +19,8 @@ pub struct ShadowPass {
 pub struct ShadowJob {
     /// Where the maps lie.
     pub uniforms: wgpu::Buffer,
-    /// Transmittance, two layers.
-    pub texture: wgpu::Texture,
+    /// `ShadowTexel`s of both maps.
+    pub maps: wgpu::Buffer,
     resolution: u32,
 }
 
@@ -33,25 +33,14 @@ impl ShadowPass {
 
     /// Makes the maps.
     pub fn job(&self, gpu: &Gpu, resolution: u32) -> ShadowJob {
-        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("shadow maps"),
-            size: wgpu::Extent3d {
-                width: resolution,
-                height: resolution,
-                depth_or_array_layers: MAPS,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::R32Float,
-            usage: wgpu::TextureUsages::STORAGE_BINDING
-                | wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
-        let uniforms =
-            buffers::uniform(gpu, "shadow maps", &<ShadowUniforms as bytemuck::Zeroable>::zeroed());
-        ShadowJob { uniforms, texture, resolution }
+        let texels = (MAPS * resolution * resolution) as usize;
+        let maps = buffers::storage(gpu, "shadow maps", texels, size_of::<ShadowTexel>());
+        let uniforms = buffers::uniform(
+            gpu,
+            "shadow places",
+            &<ShadowUniforms as bytemuck::Zeroable>::zeroed(),
+        );
+        ShadowJob { uniforms, maps, resolution }
     }
 
     /// Binds the sun's lists.
@@ -59,6 +48,7 @@ impl ShadowPass {
         &self,
         gpu: &Gpu,
         job: &ShadowJob,
+        frame: &wgpu::Buffer,
         view: &wgpu::Buffer,
         particles: &wgpu::Buffer,
         lists: &PictureLists,
@@ -71,7 +61,8 @@ impl ShadowPass {
                 particles.as_entire_binding(),
                 lists.lists.tile_offsets.as_entire_binding(),
                 lists.lists.tile_entries.as_entire_binding(),
-                wgpu::BindingResource::TextureView(&job.view()),
+                job.maps.as_entire_binding(),
+                frame.as_entire_binding(),
             ],
         )
     }
@@ -93,16 +84,8 @@ impl ShadowPass {
 }
 
 impl ShadowJob {
-    /// Both maps as one array.
-    pub fn view(&self) -> wgpu::TextureView {
-        self.texture.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2Array),
-            ..Default::default()
-        })
-    }
-
     /// Device memory, bytes.
     pub fn bytes(&self) -> u64 {
-        u64::from(self.resolution * self.resolution * MAPS) * size_of::<f32>() as u64
+        self.maps.size()
     }
 }

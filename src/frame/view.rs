@@ -8,7 +8,7 @@ use super::settings::Quality;
 use crate::medium::Truncation;
 use crate::scene::{Camera, Scene, Sky};
 
-/// Side of a screen tile, pixels: one workgroup of the blend.
+/// Side of a screen tile, blocks of pixels: one workgroup of the blend.
 pub const SCREEN_TILE: u32 = 8;
 /// Most tiles a side of a light's picture.
 const MOST_LIGHT_TILES: f64 = 160.0;
@@ -51,6 +51,8 @@ pub fn frame_uniforms(
     particle_capacity: u32,
     [has_clouds, has_shadows]: [bool; 2],
 ) -> FrameUniforms {
+    let stride = quality.pixel_stride;
+    let blocks = size.map(|s| s.div_ceil(stride));
     let basis = camera.basis();
     let half_width = camera.half_width();
     let half_height = half_width * f64::from(size[1]) / f64::from(size[0]);
@@ -60,7 +62,7 @@ pub fn frame_uniforms(
         forward: four(basis.forward),
         sun: four(scene.sun.direction),
         size,
-        tiles: size.map(|s| s.div_ceil(SCREEN_TILE)),
+        tiles: blocks.map(|s| s.div_ceil(SCREEN_TILE)),
         camera_altitude: camera.position.y as f32,
         albedo: scene.medium.albedo as f32,
         delta_scale: truncation.scale(scene.medium.albedo) as f32,
@@ -74,6 +76,13 @@ pub fn frame_uniforms(
         halo_share: truncation.peak_depth(scene.medium.albedo) as f32,
         has_shadows: u32::from(has_shadows),
         grid_shift: four(grid_shift),
+        blocks,
+        stride,
+        phase: stride * stride,
+        in_place: 1,
+        shadow_epoch: 0,
+        padding_a: 0,
+        padding_b: 0,
     }
 }
 
@@ -123,7 +132,12 @@ pub fn light_view(
 }
 
 /// The two shadow maps around the camera, on whole texels of the world.
-pub fn shadow_uniforms(camera: DVec3, bounds: &Bounds, resolution: u32) -> ShadowUniforms {
+pub fn shadow_uniforms(
+    camera: DVec3,
+    bounds: &Bounds,
+    resolution: u32,
+    seen_only: bool,
+) -> ShadowUniforms {
     let around = DVec2::new(camera.x, camera.z);
     let reach = (bounds.high - bounds.low).max_element();
     let map = |side: f64| {
@@ -135,7 +149,7 @@ pub fn shadow_uniforms(camera: DVec3, bounds: &Bounds, resolution: u32) -> Shado
         corner: [map(NEAR_SHADOW_SIDE.min(reach.max(1.0))), map((1.2 * reach).max(1.0))],
         resolution,
         ground: -camera.y as f32,
-        padding_a: 0,
+        seen_only: u32::from(seen_only),
         padding_b: 0,
     }
 }

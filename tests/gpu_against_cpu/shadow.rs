@@ -1,10 +1,9 @@
 //! Shadow maps against sums over all particles, without lists, in double precision.
 
 use cumuli::frame::cpu;
-use cumuli::frame::gpu_data::Particle;
+use cumuli::frame::gpu_data::{FrameUniforms, Particle, ShadowTexel};
 use cumuli::frame::shadow::{ShadowJob, ShadowPass};
 use cumuli::frame::view::{Bounds, light_view, shadow_uniforms};
-use cumuli::gpu::{Kernel, buffers};
 use cumuli::scene::Camera;
 use glam::DVec3;
 
@@ -16,32 +15,11 @@ use crate::pictures::{Population, frame};
 const RESOLUTION: u32 = 60;
 const MAPS: u32 = 2;
 
-const COPY: &str = "
-@group(0) @binding(0) var maps: texture_2d_array<f32>;
-@group(0) @binding(1) var<storage, read_write> texels: array<f32>;
-@compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let side = textureDimensions(maps).x;
-    if id.x < arrayLength(&texels) {
-        let place = vec2(id.x % side, id.x / side % side);
-        texels[id.x] = textureLoad(maps, place, id.x / (side * side), 0).x;
-    }
-}
-";
-
 /// Both maps, row after row.
 fn read_maps(job: &ShadowJob) -> Vec<f32> {
-    let kernel = Kernel::new(gpu(), library(), ("copy", COPY), &[], &[]).expect("a kernel");
-    let count = MAPS * RESOLUTION * RESOLUTION;
-    let texels = buffers::storage(gpu(), "texels", count as usize, size_of::<f32>());
-    let view = wgpu::BindingResource::TextureView(&job.view());
-    let bindings = kernel.bind(gpu(), &[view, texels.as_entire_binding()]);
-    submit(|pass| {
-        pass.set_pipeline(kernel.pipeline("main"));
-        pass.set_bind_group(0, &bindings, &[]);
-        pass.dispatch_workgroups(count.div_ceil(64), 1, 1);
-    });
-    gpu().read_buffer(&texels, count as usize).expect("texels")
+    let count = (MAPS * RESOLUTION * RESOLUTION) as usize;
+    let texels = gpu().read_buffer::<ShadowTexel>(&job.maps, count).expect("texels");
+    texels.iter().map(|texel| texel.transmittance).collect()
 }
 
 /// Worst and root mean square error of transmittance.
@@ -51,14 +29,16 @@ fn compare(particles: &[Particle], sun: DVec3) -> (f64, f64) {
     let (low, high) = (DVec3::new(-2000.0, 200.0, -2000.0), DVec3::new(2000.0, 2000.0, 2000.0));
     let bounds = Bounds { low: camera + low, high: camera + high, detail: 90.0 };
     let view = light_view(sun, &bounds, camera, 1);
-    let maps = shadow_uniforms(camera, &bounds, RESOLUTION);
+    let maps = shadow_uniforms(camera, &bounds, RESOLUTION, false);
     let tables_gpu = tables_on_device();
     let pass = ShadowPass::new(gpu(), library(), tables_gpu.layout()).expect("the shadow pass");
     let job = pass.job(gpu(), RESOLUTION);
     gpu().queue.write_buffer(&job.uniforms, 0, bytemuck::bytes_of(&maps));
-    let population = Population::new(&frame(&Camera::default(), [64, 48]), particles);
+    let seen = FrameUniforms { shadow_epoch: 1, ..frame(&Camera::default(), [64, 48]) };
+    let population = Population::new(&seen, particles);
     let (lists, uniforms, _) = population.light(&view);
-    let bindings = pass.bind(gpu(), &job, &uniforms, &population.particles, &lists);
+    let bindings =
+        pass.bind(gpu(), &job, &population.frame, &uniforms, &population.particles, &lists);
     submit(|compute| pass.encode(compute, &job, &bindings, tables_gpu.bind_group()));
 
     let sun = cpu::light_project::axis(view.towards);

@@ -149,13 +149,17 @@ pub fn candidate(
 
 /// All particles of the field, in the device's order.
 pub fn particles(clouds: &CloudUniforms) -> Vec<Particle> {
+    (0..clouds.rings).flat_map(|index| particles_of_ring(clouds, index)).collect()
+}
+
+/// Those of one ring; of none where there is no such ring.
+pub fn particles_of_ring(clouds: &CloudUniforms, index: u32) -> Vec<Particle> {
     let mut result = Vec::new();
-    for (index, ring) in clouds.ring.iter().take(clouds.rings as usize).enumerate() {
-        for z in 0..clouds.cells {
-            for x in 0..clouds.cells {
-                for layer in 0..ring.layers {
-                    result.extend(candidate(clouds, index as u32, ring, UVec2::new(x, z), layer));
-                }
+    let Some(ring) = clouds.ring.get(index as usize) else { return result };
+    for z in 0..clouds.cells {
+        for x in 0..clouds.cells {
+            for layer in 0..ring.layers {
+                result.extend(candidate(clouds, index, ring, UVec2::new(x, z), layer));
             }
         }
     }

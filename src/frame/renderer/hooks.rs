@@ -6,6 +6,7 @@ use crate::frame::composer::Composer;
 use crate::frame::cpu::light_grid::FieldSeen;
 use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight};
 use crate::frame::light_grid::LightGrid;
+use crate::frame::view::SCREEN_TILE;
 use crate::{Error, Result};
 
 impl Renderer {
@@ -27,6 +28,22 @@ impl Renderer {
         self.grid.seen(&self.gpu)
     }
 
+    /// Lengths of the lists of the last frame's tiles on screen, row by row; read back.
+    pub fn tile_entries(&self) -> Result<Vec<u32>> {
+        let Some(resources) = &self.resources else {
+            return Err(Error::Gpu("no frame was made".to_owned()));
+        };
+        let lists = &resources.screen.lists;
+        let ends = lists.tile_total_index() as usize + 1;
+        let offsets = self.gpu.read_buffer::<u32>(&lists.tile_offsets, ends)?;
+        Ok(offsets.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect())
+    }
+
+    /// Sides of those tiles, pixels.
+    pub fn tile_side(&self) -> u32 {
+        SCREEN_TILE * self.stride()
+    }
+
     /// Opacity-weighted distance of the clouds in every pixel of the last frame (m), read back; 0
     /// where there are none.
     pub fn distance(&self) -> Result<Vec<f32>> {
@@ -45,6 +62,7 @@ impl Renderer {
             self.grid = LightGrid::default();
         }
         self.composer = composer;
+        self.history.forget();
         self.changes.forget();
     }
 
@@ -67,6 +85,7 @@ impl Renderer {
 
     /// Takes nothing of the frames before over into the next: it is made as the first one is.
     pub fn forget(&mut self) {
+        self.history.forget();
         self.changes.forget();
         self.grid = LightGrid::default();
     }
