@@ -25,7 +25,7 @@
 #import cumuli::scattering::scattering_source
 #else
 #import cumuli::gpu_data::LightView
-#import cumuli::light_lists::light_tile
+#import cumuli::light_view::light_tile
 #import cumuli::sky::{sky_ambient_above, sky_ambient_below, sun_irradiance_at}
 #endif
 

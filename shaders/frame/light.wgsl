@@ -8,7 +8,8 @@
 // Workgroup contract: one invocation owns one particle in view; it reads its sample points' tile lists and
 // writes its ParticleLight.
 #import cumuli::gpu_data::{FrameUniforms, LightView, Particle, ParticleLight}
-#import cumuli::light_lists::{OPTICAL_DEPTH_LIMIT, Occlusion, light_tile, particle_occlusion}
+#import cumuli::light_lists::{OPTICAL_DEPTH_LIMIT, Occlusion, particle_occlusion}
+#import cumuli::light_view::light_tile
 #import cumuli::light_field::crowding
 #import cumuli::lighting::aloneness
 #import cumuli::sky::{sky_ambient_above, sky_ambient_below, sun_irradiance_at}

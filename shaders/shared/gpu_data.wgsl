@@ -54,12 +54,12 @@ struct LightView {
     axis_u: vec4<f32>,     // xyz: picture x axis, world
     axis_v: vec4<f32>,     // xyz: picture y axis, world
     towards: vec4<f32>,    // xyz: towards the light
-    origin: vec2<f32>,     // m, picture coordinates of the corner of tile (0, 0)
+    origin: vec2<f32>,     // m, warped picture coordinates of the corner of tile (0, 0)
     tile_size: f32,        // m
     inverse_tile_size: f32,
     tiles: vec2<u32>,
     receiver_samples: u32, // points per particle: 1, 2, 4 or 8
-    padding_a: u32,
+    warp: f32,             // m, distance from the camera from which on tiles grow with it; 0: never
 }
 
 // One ring of cells around the camera.

@@ -1,6 +1,7 @@
 //! Blend: each pixel marches through its tile's particles, near to far, and composes them volume-aware.
 
 use super::picture_lists::PictureLists;
+use super::shadow::ShadowJob;
 use super::targets::Targets;
 use super::view::SCREEN_TILE;
 use crate::Result;
@@ -23,6 +24,8 @@ pub struct BlendInputs<'a> {
     pub lights: &'a wgpu::Buffer,
     /// The screen's lists.
     pub lists: &'a PictureLists,
+    /// Deep shadow maps.
+    pub shadow: &'a ShadowJob,
     /// Two words: table look-ups, pixels in tiles with particles.
     pub counts: &'a wgpu::Buffer,
 }
@@ -54,6 +57,8 @@ impl BlendPass {
                 inputs.counts.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&targets.clouds),
                 wgpu::BindingResource::TextureView(&targets.distance),
+                inputs.shadow.uniforms.as_entire_binding(),
+                wgpu::BindingResource::TextureView(&inputs.shadow.view()),
             ],
         )
     }

@@ -117,7 +117,7 @@ gpu_struct! {
         axis_v: [f32; 4],
         /// Towards the light.
         towards: [f32; 4],
-        /// m, corner of tile (0, 0) in the picture.
+        /// m, corner of tile (0, 0) in the warped picture.
         origin: [f32; 2],
         /// m.
         tile_size: f32,
@@ -127,8 +127,8 @@ gpu_struct! {
         tiles: [u32; 2],
         /// Points per particle: 1, 2, 4 or 8.
         receiver_samples: u32,
-        /// Unused.
-        padding_a: u32,
+        /// m, distance from the camera from which on tiles grow with it; 0: never.
+        warp: f32,
     }
 }
 
@@ -272,15 +272,32 @@ gpu_struct! {
     }
 }
 
+/// Most deep shadow maps; as in the shader.
+pub const SHADOW_MAPS: usize = 8;
+
 gpu_struct! {
-    /// The two shadow maps on the ground.
+    /// Where the deep shadow maps lie; see `shaders/shared/shadow_maps.wgsl`.
     ShadowUniforms {
-        /// x, y: corner (x and z, m, relative to the camera); z: side, m.
-        corner: [[f32; 4]; 2],
+        /// Maps' x axis.
+        axis_u: [f32; 4],
+        /// Maps' y axis.
+        axis_v: [f32; 4],
+        /// Towards the sun.
+        towards: [f32; 4],
+        /// x, y: corner (m, relative to the camera); z: a texel, m; fine to coarse.
+        corner: [[f32; 4]; SHADOW_MAPS],
+        /// m, where matter begins on the sun's way, from the plane through the camera.
+        nearest: f32,
+        /// m, from there to where it ends.
+        reach: f32,
+        /// m, lowest altitude of what is shadowed, relative to the camera.
+        lowest: f32,
+        /// m, highest.
+        highest: f32,
         /// Texels a side.
         resolution: u32,
-        /// m, altitude of the ground relative to the camera.
-        ground: f32,
+        /// Maps in use.
+        maps: u32,
         /// Unused.
         padding_a: u32,
         /// Unused.

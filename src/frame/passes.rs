@@ -26,7 +26,7 @@ pub struct Passes {
     pub light: LightPass,
     /// Light among the clouds.
     pub light_grid: LightGridPass,
-    /// Shadows on the ground.
+    /// Deep shadow maps.
     pub shadow: ShadowPass,
     /// Particles to pixels.
     pub blend: BlendPass,
@@ -56,7 +56,7 @@ impl Passes {
             light_project: ProjectPass::light(gpu, library)?,
             light,
             light_grid,
-            shadow: ShadowPass::new(gpu, library, tables)?,
+            shadow: ShadowPass::new(gpu, library, quality.steps, tables)?,
             blend,
             resolve: ResolvePass::new(gpu, library, tables, sky)?,
             tonemap: TonemapPass::new(gpu, library)?,

@@ -22,7 +22,7 @@ pub enum Pass {
     LightField,
     /// Occlusion and colour of the light at each particle.
     Light,
-    /// Shadow maps on the ground.
+    /// Deep shadow maps.
     Shadow,
     /// Particles to pixels.
     Blend,
@@ -113,7 +113,6 @@ impl FramePlan {
         let camera = last.is_none_or(|l| l.frame != now.frame);
         let lights = last.is_none_or(|l| l.light != now.light);
         let shadow = last.is_none_or(|l| l.shadow != now.shadow);
-        let grounded = now.frame.has_ground != 0;
         let lit = particles || lights || sky_changed || grid.solve;
         let anything = lit || camera || shadow || grid.field;
 
@@ -158,9 +157,9 @@ impl FramePlan {
         );
         decide(
             Pass::Shadow,
-            grounded && !empty && (lit || shadow),
-            "particles, sun or maps changed",
-            if grounded { or_empty("shadows unchanged") } else { "the scene has no ground" },
+            !empty && (particles || lights || shadow || camera),
+            "particles, sun or view changed",
+            or_empty("shadows unchanged"),
         );
         decide(
             Pass::Blend,
@@ -251,7 +250,7 @@ mod tests {
         now.frame.forward = [1.0, 0.0, 0.0, 0.0];
         let plan = FramePlan::new(Some(&key()), &now, false, NONE);
         assert!(plan.screen_order() && !plan.light_order() && !plan.relit());
-        for pass in [Pass::Sky, Pass::Rings, Pass::Shadow, Pass::LightGrid, Pass::LightField] {
+        for pass in [Pass::Sky, Pass::Rings, Pass::LightGrid, Pass::LightField] {
             assert!(!plan.runs(pass), "{pass:?}");
         }
         assert!(plan.runs(Pass::Blend) && plan.runs(Pass::Resolve));

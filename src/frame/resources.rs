@@ -154,7 +154,7 @@ impl Resources {
             LightResources { view, lists, job }
         };
         let shadow_bindings =
-            passes.shadow.bind(gpu, shadow, &light.view, &particles, &light.lists);
+            passes.shadow.bind(gpu, shadow, &frame, &light.view, &particles, &light.lists);
         let targets = Targets::new(gpu, layout.size);
         let blend_counts = buffers::storage(gpu, "blend counts", BLEND_COUNTS, size_of::<u32>());
         let blend_bindings = passes.blend.bind(
@@ -165,6 +165,7 @@ impl Resources {
                 particles: &particles,
                 lights: &particle_lights,
                 lists: &screen,
+                shadow,
                 counts: &blend_counts,
             },
             &targets,

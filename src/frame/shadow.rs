@@ -1,14 +1,14 @@
-//! Shadow: transmittance of the clouds between the ground and the sun, on two square maps.
+//! Shadow: deep shadow maps of the clouds, seen from the sun.
 
-use super::gpu_data::ShadowUniforms;
+use super::gpu_data::{SHADOW_MAPS, ShadowUniforms};
 use super::picture_lists::PictureLists;
 use crate::Result;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
 
 /// Side of a workgroup; as in the shader.
 const WORKGROUP: u32 = 8;
-/// The near map and the far one.
-const MAPS: u32 = 2;
+/// Bytes of a texel.
+const TEXEL_BYTES: u64 = 16;
 
 /// The pipeline.
 pub struct ShadowPass {
@@ -19,16 +19,22 @@ pub struct ShadowPass {
 pub struct ShadowJob {
     /// Where the maps lie.
     pub uniforms: wgpu::Buffer,
-    /// Transmittance, two layers.
+    /// Nodes of each texel, a layer for each map.
     pub texture: wgpu::Texture,
     resolution: u32,
 }
 
 impl ShadowPass {
-    /// Compiles the pass; it reads the tables (group 1).
-    pub fn new(gpu: &Gpu, library: &ShaderLibrary, tables: &wgpu::BindGroupLayout) -> Result<Self> {
+    /// Compiles the pass with `steps` steps in a radius; it reads the tables (group 1).
+    pub fn new(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        steps: u32,
+        tables: &wgpu::BindGroupLayout,
+    ) -> Result<Self> {
         let file = crate::shader_file!("frame/shadow.wgsl");
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[tables])? })
+        let defs = [("SHADOW_STEPS", steps)];
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, &[tables])? })
     }
 
     /// Makes the maps.
@@ -38,12 +44,12 @@ impl ShadowPass {
             size: wgpu::Extent3d {
                 width: resolution,
                 height: resolution,
-                depth_or_array_layers: MAPS,
+                depth_or_array_layers: SHADOW_MAPS as u32,
             },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::R32Float,
+            format: wgpu::TextureFormat::Rgba32Uint,
             usage: wgpu::TextureUsages::STORAGE_BINDING
                 | wgpu::TextureUsages::TEXTURE_BINDING
                 | wgpu::TextureUsages::COPY_SRC,
@@ -59,6 +65,7 @@ impl ShadowPass {
         &self,
         gpu: &Gpu,
         job: &ShadowJob,
+        frame: &wgpu::Buffer,
         view: &wgpu::Buffer,
         particles: &wgpu::Buffer,
         lists: &PictureLists,
@@ -66,6 +73,7 @@ impl ShadowPass {
         self.kernel.bind(
             gpu,
             &[
+                frame.as_entire_binding(),
                 view.as_entire_binding(),
                 job.uniforms.as_entire_binding(),
                 particles.as_entire_binding(),
@@ -83,17 +91,18 @@ impl ShadowPass {
         job: &ShadowJob,
         bindings: &wgpu::BindGroup,
         tables: &wgpu::BindGroup,
+        maps: u32,
     ) {
         let groups = job.resolution.div_ceil(WORKGROUP);
         pass.set_pipeline(self.kernel.pipeline("shadow"));
         pass.set_bind_group(0, bindings, &[]);
         pass.set_bind_group(1, tables, &[]);
-        pass.dispatch_workgroups(groups, groups, MAPS);
+        pass.dispatch_workgroups(groups, groups, maps);
     }
 }
 
 impl ShadowJob {
-    /// Both maps as one array.
+    /// All maps as one array.
     pub fn view(&self) -> wgpu::TextureView {
         self.texture.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
@@ -103,6 +112,6 @@ impl ShadowJob {
 
     /// Device memory, bytes.
     pub fn bytes(&self) -> u64 {
-        u64::from(self.resolution * self.resolution * MAPS) * size_of::<f32>() as u64
+        u64::from(self.resolution * self.resolution) * SHADOW_MAPS as u64 * TEXEL_BYTES
     }
 }

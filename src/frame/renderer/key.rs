@@ -47,7 +47,13 @@ impl Renderer {
             clouds,
             listed,
             light,
-            shadow: view::shadow_uniforms(camera.position, &bounds, self.quality.shadow_resolution),
+            shadow: view::shadow_uniforms(
+                scene.sun.direction,
+                &bounds,
+                camera.position,
+                scene.effective_ground().map(|_| 0.0),
+                self.quality.shadow_resolution,
+            ),
         })
     }
 }
@@ -69,7 +75,13 @@ pub fn sky_inputs(scene: &Scene) -> SkyInputs {
 
 /// A box around all particles of the scene.
 fn bounds(scene: &Scene, time: f64) -> Bounds {
-    let mut result = Bounds { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, detail: 1e-3 };
+    let mut result = Bounds {
+        low: DVec3::INFINITY,
+        high: DVec3::NEG_INFINITY,
+        detail: 1e-3,
+        finest: f64::INFINITY,
+        around_camera: scene.clouds.is_some(),
+    };
     if let Some(field) = &scene.clouds {
         let reach = rings::reach(field);
         let largest = field.particle_size * field.cell_size;
@@ -79,18 +91,22 @@ fn bounds(scene: &Scene, time: f64) -> Bounds {
         result.high =
             DVec3::new(camera.x + reach, base + 1.5 * field.thickness + largest, camera.z + reach);
         result.detail = largest;
+        result.finest = largest;
     }
     if !scene.particles.is_empty() {
         let mut radii = 0.0;
         for particle in &scene.particles {
             result.low = result.low.min(particle.centre - particle.radius);
             result.high = result.high.max(particle.centre + particle.radius);
+            result.finest = result.finest.min(particle.radius);
             radii += particle.radius;
         }
         result.detail = result.detail.max(radii / scene.particles.len() as f64);
     }
     if result.low.x > result.high.x {
-        result = Bounds { low: DVec3::ZERO, high: DVec3::ONE, detail: 1.0 };
+        result.low = DVec3::ZERO;
+        result.high = DVec3::ONE;
+        result.finest = 1.0;
     }
     result
 }

@@ -108,6 +108,7 @@ impl Renderer {
                             &self.shadow,
                             &resources.shadow_bindings,
                             tables,
+                            key.shadow.maps,
                         );
                     }
                     Pass::Blend => {
