@@ -10,7 +10,7 @@
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight}
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
-#import cumuli::lighting::{mean_sunlight, own_source, way_out}
+#import cumuli::lighting::{mean_sunlight, own_source}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
 #import cumuli::optical_depth::{copy_for, densities, march_from}
 #import cumuli::phase::{PhaseParams, phase_between}
@@ -172,7 +172,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                     let scattered = scattering_source((span.near * dir - centre) / radius, dir, sun, optical_radius / frame.delta_scale);
                     let visible_tau = optical_radius * (span.end - span.begin) / radius;
                     let own = alone * own_source(scattered, phase_once, visible_tau, frame.delta_scale)
-                        * exp(-sun_depth(0.5 * (a + b) * dir + way_out(0.5 * (a_place + b_place), sun) * radius * sun));
+                        * exp(-lights[index].ambient_above.w);
                     own_low += own * low_tau;
                     own_high += own * high_tau;
                     lookups += 2u;

@@ -94,7 +94,7 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
     lights[index].sun_front = front * scale;
     lights[index].sun_behind = behind * scale;
     lights[index].sun_irradiance = vec4(sun_irradiance_at(altitude), epoch);
-    lights[index].ambient_above = vec4(sky_ambient_above(altitude), 0.0);
+    lights[index].ambient_above = vec4(sky_ambient_above(altitude), front.x * scale.x);
     let mass = particle.optical_radius * particle.radius * particle.radius * 4.18879;
     let crowd = crowding(particle.centre - frame.grid_shift.xyz, mass, particle.radius);
     let others = (front.x + behind.x) * scale.x;

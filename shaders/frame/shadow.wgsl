@@ -15,7 +15,7 @@
 @group(0) @binding(3) var<storage, read> particles: array<Particle>;
 @group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
 @group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
-@group(0) @binding(6) var shadows: texture_storage_2d_array<rgba32uint, write>;
+@group(0) @binding(6) var<storage, read_write> texels: array<vec4<u32>>; // map after map, row after row
 
 const STEPS: u32 = #{SHADOW_STEPS}u; // bins in a radius
 const BINS: f32 = 8.0;               // of a block
@@ -103,7 +103,7 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     if wanted && tile < view.tiles.x * view.tiles.y {
         nodes = march(place, origin, tile, corner.z);
     }
-    textureStore(shadows, id.xy, id.z, pack_nodes(nodes));
+    texels[(id.z * maps.resolution + id.y) * maps.resolution + id.x] = pack_nodes(nodes);
 }
 
 fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNodes {

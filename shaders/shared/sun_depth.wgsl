@@ -6,10 +6,10 @@
 
 // Not arguments of functions: a copy of the maps costs more than the look-up.
 @group(0) @binding(20) var<uniform> shadow_maps: ShadowUniforms;
-@group(0) @binding(21) var shadow_texels: texture_2d_array<u32>;
+@group(0) @binding(21) var<storage, read> shadow_texels: array<vec4<u32>>;
 
-fn texel_depth(texel: vec2<i32>, map: u32, at: f32) -> f32 {
-    return nodes_depth(unpack_nodes(textureLoad(shadow_texels, texel, map, 0)), at);
+fn texel_depth(index: u32, at: f32) -> f32 {
+    return nodes_depth(unpack_nodes(shadow_texels[index]), at);
 }
 
 // Scaled optical depth from a point (m, relative to the camera) to the sun; 0 off the maps. Depths, not
@@ -26,10 +26,12 @@ fn sun_depth(point: vec3<f32>) -> f32 {
         if min(margin.x, margin.y) >= BORDER {
             let first = floor(texel);
             let share = texel - first;
-            let low = vec2<i32>(first);
+            let low = vec2<u32>(first);
+            let row = shadow_maps.resolution;
+            let index = (m * row + low.y) * row + low.x;
             let depths = min(vec4(
-                texel_depth(low, m, at), texel_depth(low + vec2(1, 0), m, at),
-                texel_depth(low + vec2(0, 1), m, at), texel_depth(low + vec2(1, 1), m, at),
+                texel_depth(index, at), texel_depth(index + 1u, at),
+                texel_depth(index + row, at), texel_depth(index + row + 1u, at),
             ), vec4(MOST_DEPTH));
             return mix(mix(depths.x, depths.y, share.x), mix(depths.z, depths.w, share.x), share.y);
         }

@@ -58,7 +58,7 @@ impl BlendPass {
                 wgpu::BindingResource::TextureView(&targets.clouds),
                 wgpu::BindingResource::TextureView(&targets.distance),
                 inputs.shadow.uniforms.as_entire_binding(),
-                wgpu::BindingResource::TextureView(&inputs.shadow.view()),
+                inputs.shadow.texels.as_entire_binding(),
             ],
         )
     }

@@ -42,7 +42,7 @@ impl ResolvePass {
                 wgpu::BindingResource::TextureView(&targets.distance),
                 wgpu::BindingResource::TextureView(&picture),
                 shadow.uniforms.as_entire_binding(),
-                wgpu::BindingResource::TextureView(&shadow.view()),
+                shadow.texels.as_entire_binding(),
             ],
         )
     }

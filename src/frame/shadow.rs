@@ -8,7 +8,7 @@ use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
 /// Side of a workgroup; as in the shader.
 const WORKGROUP: u32 = 8;
 /// Bytes of a texel.
-const TEXEL_BYTES: u64 = 16;
+const TEXEL_BYTES: usize = 16;
 
 /// The pipeline.
 pub struct ShadowPass {
@@ -19,8 +19,8 @@ pub struct ShadowPass {
 pub struct ShadowJob {
     /// Where the maps lie.
     pub uniforms: wgpu::Buffer,
-    /// Nodes of each texel, a layer for each map.
-    pub texture: wgpu::Texture,
+    /// Nodes of each texel: map after map, row after row.
+    pub texels: wgpu::Buffer,
     resolution: u32,
 }
 
@@ -39,25 +39,11 @@ impl ShadowPass {
 
     /// Makes the maps.
     pub fn job(&self, gpu: &Gpu, resolution: u32) -> ShadowJob {
-        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("shadow maps"),
-            size: wgpu::Extent3d {
-                width: resolution,
-                height: resolution,
-                depth_or_array_layers: SHADOW_MAPS as u32,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba32Uint,
-            usage: wgpu::TextureUsages::STORAGE_BINDING
-                | wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let count = resolution as usize * resolution as usize * SHADOW_MAPS;
+        let texels = buffers::storage(gpu, "shadow maps", count, TEXEL_BYTES);
         let uniforms =
             buffers::uniform(gpu, "shadow maps", &<ShadowUniforms as bytemuck::Zeroable>::zeroed());
-        ShadowJob { uniforms, texture, resolution }
+        ShadowJob { uniforms, texels, resolution }
     }
 
     /// Binds the sun's lists.
@@ -79,7 +65,7 @@ impl ShadowPass {
                 particles.as_entire_binding(),
                 lists.lists.tile_offsets.as_entire_binding(),
                 lists.lists.tile_entries.as_entire_binding(),
-                wgpu::BindingResource::TextureView(&job.view()),
+                job.texels.as_entire_binding(),
             ],
         )
     }
@@ -102,16 +88,8 @@ impl ShadowPass {
 }
 
 impl ShadowJob {
-    /// All maps as one array.
-    pub fn view(&self) -> wgpu::TextureView {
-        self.texture.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2Array),
-            ..Default::default()
-        })
-    }
-
     /// Device memory, bytes.
     pub fn bytes(&self) -> u64 {
-        u64::from(self.resolution * self.resolution) * SHADOW_MAPS as u64 * TEXEL_BYTES
+        self.texels.size()
     }
 }
