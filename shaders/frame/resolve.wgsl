@@ -12,8 +12,8 @@
 
 // Transmittance of the clouds between a point and the sun.
 fn sun_visibility(point: vec3<f32>) -> f32 {
-    // Without clouds nobody has made the maps.
-    if frame.has_clouds == 0u {
+    // Nobody has made the maps.
+    if frame.has_shadows == 0u {
         return 1.0;
     }
     return exp(-sun_depth(point));

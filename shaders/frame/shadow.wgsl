@@ -17,7 +17,7 @@
 @group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
 @group(0) @binding(6) var<storage, read_write> texels: array<vec4<u32>>; // map after map, row after row
 
-const STEPS: u32 = #{SHADOW_STEPS}u; // bins in a radius
+const STEPS: u32 = #{STEPS}u; // bins in a radius
 const BINS: f32 = 8.0;               // of a block
 const FAR: f32 = 1e30;
 const LEAST_STEP: f32 = 1e-6;

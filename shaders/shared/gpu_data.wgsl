@@ -16,13 +16,10 @@ struct Particle {
     optical_radius: f32,     // extinction * radius * mean density of the shape
 }
 
-// Light that reaches one particle. Optical depths are those of the *other* particles, as an affine
-// function of the place in the particle: x + dot(yzw, (p - centre) / radius).
+// Light that reaches one particle.
 struct ParticleLight {
-    sun_front: vec4<f32>,      // towards the sun
-    sun_behind: vec4<f32>,     // away from the sun
-    sun_irradiance: vec4<f32>, // rgb, perpendicular to the beam, after the air
-    ambient_above: vec4<f32>,  // rgb, mean radiance of the sky over the particle
+    sun_irradiance: vec4<f32>, // rgb, perpendicular to the beam, after the air; w: epoch
+    ambient_above: vec4<f32>,  // rgb, mean radiance of the sky over the particle; w: optical depth of the others from its centre to the sun
     ambient_below: vec4<f32>,  // rgb, mean radiance of what lies below; w: how much it is alone
 }
 
@@ -45,7 +42,7 @@ struct FrameUniforms {
     has_clouds: u32,          // 1: the blend has run
     light_epoch: u32,          // changes whenever the light of any particle does; below 2^24
     halo_share: f32,           // optical depth of forward-peak scatterings over the scaled one
-    padding_a: u32,
+    has_shadows: u32,          // 1: there are shadow maps
     grid_shift: vec4<f32>,     // xyz: m, anchor of the light grid relative to the camera
 }
 
@@ -58,8 +55,8 @@ struct LightView {
     tile_size: f32,        // m
     inverse_tile_size: f32,
     tiles: vec2<u32>,
-    receiver_samples: u32, // points per particle: 1, 2, 4 or 8
     warp: f32,             // m, distance from the camera from which on tiles grow with it; 0: never
+    padding_a: u32,
 }
 
 // One ring of cells around the camera.

@@ -1,6 +1,7 @@
 //! `cumuli fly`: the window.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
 
@@ -40,6 +41,7 @@ impl Default for FlyArgs {
 
 /// Runs the command.
 pub(super) fn run(args: &FlyArgs) -> Result<()> {
+    let begun = Instant::now();
     let (scene, place) = render::load_scene(args.scene.as_deref())?;
     let tables = engine::tables_of(args.tables.as_deref())?;
     let medium = &scene.medium;
@@ -47,9 +49,11 @@ pub(super) fn run(args: &FlyArgs) -> Result<()> {
     scene.check_shapes(&place, &tables.shape_names().collect::<Vec<_>>())?;
     window::run(WindowOptions {
         scene,
+        file: args.scene.clone(),
         tables,
         time: args.time,
         preset: args.preset,
         size: args.size.0,
+        begun,
     })
 }

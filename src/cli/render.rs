@@ -12,8 +12,8 @@ use super::truth::TruthArgs;
 use crate::error::{Error, Result};
 use crate::frame::{FrameStats, Picture, Preset, RenderSettings};
 use crate::output::{
-    self, Format, FrameRange, FrameState, Sequence, SequenceKey, SequenceReport, check_target,
-    write_atomically, write_picture,
+    self, Format, FrameRange, FrameState, Sequence, SequenceKey, SequenceReport, VideoTarget,
+    check_target, write_atomically, write_picture, write_video,
 };
 use crate::scene::{CameraPath, DEFAULT_SCENE, Scene};
 
@@ -48,6 +48,13 @@ pub struct RenderArgs {
     /// counts from frame 0
     #[arg(long, value_name = "FILE", requires = "frames")]
     pub path: Option<PathBuf>,
+    /// Make a video of the frames too, by ffmpeg; `-` writes Y4M to standard output, and a name that
+    /// ends in .y4m into a file
+    #[arg(long, value_name = "FILE", requires = "frames", conflicts_with = "truth")]
+    pub video: Option<PathBuf>,
+    /// Frames per second that the video shows
+    #[arg(long, value_name = "N", default_value = "25", value_parser = args::fps, requires = "video")]
+    pub video_fps: f64,
     /// Replace frames of another scene or of other settings in the folder
     #[arg(long, requires = "frames")]
     pub overwrite: bool,
@@ -79,6 +86,7 @@ pub struct Job {
     pub size: [u32; 2],
     target: Target,
     path: Option<CameraPath>,
+    video: Option<(VideoTarget, f64)>,
     timings: bool,
     stats: Option<PathBuf>,
 }
@@ -109,6 +117,10 @@ impl Job {
                 return Err(Error::input("--stats", "expected another file than --out"));
             }
         }
+        if args.video.is_some() && args.format != Format::Png {
+            return Err(Error::input("--video", "is made of PNG frames, expected --format png"));
+        }
+        let video = args.video.as_deref().map(VideoTarget::of).transpose()?;
         let target = match args.frames {
             None => {
                 check_target(&args.out)?;
@@ -152,6 +164,7 @@ impl Job {
             size: args.size.0,
             target,
             path,
+            video: video.map(|target| (target, args.video_fps)),
             timings: args.timings,
             stats: args.stats.clone(),
         })
@@ -209,7 +222,23 @@ impl Job {
             |_, state, _| progress.step(state == FrameState::Kept),
         );
         progress.finish();
-        print_report(sequence, report?)
+        let report = report?;
+        match &self.video {
+            None => print_report(sequence, report),
+            Some((target, rate)) => {
+                let numbers = sequence.frames.start..sequence.frames.end;
+                let frames: Vec<_> = numbers.map(|frame| sequence.path(frame)).collect();
+                write_video(target, &frames, self.size, *rate)?;
+                match target {
+                    // It carries the video.
+                    VideoTarget::StandardOutput => Ok(()),
+                    VideoTarget::Y4m(path) | VideoTarget::Encoded(path) => {
+                        print_report(sequence, report)?;
+                        print(&path.display().to_string())
+                    }
+                }
+            }
+        }
     }
 }
 

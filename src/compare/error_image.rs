@@ -71,7 +71,7 @@ fn diverging(t: f64) -> DVec3 {
 }
 
 /// Black, red, yellow, white from 0 to 1; display values.
-fn heat(t: f64) -> DVec3 {
+pub(crate) fn heat(t: f64) -> DVec3 {
     let t = 3.0 * t.clamp(0.0, 1.0);
     DVec3::new(t, t - 1.0, t - 2.0).clamp(DVec3::ZERO, DVec3::ONE)
 }

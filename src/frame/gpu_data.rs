@@ -49,15 +49,11 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Light that reaches one particle: optical depths of the others, affine in the place in radii.
+    /// Light that reaches one particle.
     ParticleLight {
-        /// Towards the sun.
-        sun_front: [f32; 4],
-        /// Away from the sun.
-        sun_behind: [f32; 4],
-        /// Perpendicular irradiance after the air, rgb.
+        /// Perpendicular irradiance after the air, rgb; epoch.
         sun_irradiance: [f32; 4],
-        /// Mean radiance of the sky above, rgb.
+        /// Mean radiance of the sky above, rgb; optical depth of the others from the centre to the sun.
         ambient_above: [f32; 4],
         /// Mean radiance of what lies below, rgb.
         ambient_below: [f32; 4],
@@ -101,8 +97,8 @@ gpu_struct! {
         light_epoch: u32,
         /// Optical depth of forward-peak scatterings over the scaled one.
         halo_share: f32,
-        /// Unused.
-        padding_a: u32,
+        /// 1: there are shadow maps.
+        has_shadows: u32,
         /// m, anchor of the light grid relative to the camera.
         grid_shift: [f32; 4],
     }
@@ -125,10 +121,10 @@ gpu_struct! {
         inverse_tile_size: f32,
         /// Tiles across and up.
         tiles: [u32; 2],
-        /// Points per particle: 1, 2, 4 or 8.
-        receiver_samples: u32,
         /// m, distance from the camera from which on tiles grow with it; 0: never.
         warp: f32,
+        /// Unused.
+        padding_a: u32,
     }
 }
 

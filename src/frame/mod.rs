@@ -2,9 +2,11 @@
 //! rings → project → sort → tile lists → light → shadow → blend → resolve → tone map.
 
 pub mod blend;
+pub mod changes;
 pub mod composer;
 pub mod cpu;
 pub mod gpu_data;
+pub mod in_view;
 pub mod light;
 pub mod light_grid;
 pub mod passes;

@@ -56,7 +56,7 @@ impl Passes {
             light_project: ProjectPass::light(gpu, library)?,
             light,
             light_grid,
-            shadow: ShadowPass::new(gpu, library, quality.steps, tables)?,
+            shadow: ShadowPass::new(gpu, library, quality.shadow_steps, tables)?,
             blend,
             resolve: ResolvePass::new(gpu, library, tables, sky)?,
             tonemap: TonemapPass::new(gpu, library)?,

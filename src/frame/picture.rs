@@ -30,6 +30,8 @@ pub struct FrameStats {
     pub passes: Vec<PassTime>,
     /// How much there was to do.
     pub counters: Counters,
+    /// A further frame of the same scene and time would differ: something is spread over several.
+    pub unfinished: bool,
 }
 
 /// One pass of a frame.
@@ -66,6 +68,10 @@ pub struct Counters {
     pub tiles_empty: u64,
     /// Memory on the device, bytes.
     pub bytes_resident: u64,
+    /// Steps of the light grid's next solution that are made, and all of them; 0 where the one shown
+    /// is that of this frame.
+    #[serde(default)]
+    pub grid_steps: [u64; 2],
     /// How often the frame was made until all lists had room: 1, but for frames whose lists outgrow
     /// those of all frames before.
     pub attempts: u64,

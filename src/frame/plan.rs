@@ -1,6 +1,6 @@
 //! The frame plan: which passes this frame needs, from what changed since the last, and why.
 
-use super::gpu_data::{CloudUniforms, FrameUniforms, LightView, Particle, ShadowUniforms};
+use super::changes::{Changes, FrameKey, Input, Product};
 use super::light_grid::GridWork;
 
 /// The passes of a frame, in the order they run.
@@ -68,21 +68,6 @@ impl Pass {
     }
 }
 
-/// Everything a frame's picture depends on, besides tables and settings.
-#[derive(Clone, PartialEq)]
-pub struct FrameKey {
-    /// Camera, size, exposure.
-    pub frame: FrameUniforms,
-    /// The cloud field at this time.
-    pub clouds: Option<CloudUniforms>,
-    /// The scene's own particles, relative to the camera.
-    pub listed: Vec<Particle>,
-    /// The sun's picture.
-    pub light: LightView,
-    /// Where the shadow maps lie.
-    pub shadow: ShadowUniforms,
-}
-
 /// What a pass does in this frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Decision {
@@ -98,78 +83,86 @@ pub struct Decision {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FramePlan {
     decisions: Vec<Decision>,
-    screen_order: bool,
-    light_order: bool,
+    made: Vec<Product>,
     relit: bool,
+    has_particles: bool,
+    has_clouds: bool,
 }
 
 impl FramePlan {
-    /// Compares what this frame depends on with what the last one was made from (none: nothing on
-    /// the device is of use). `sky_changed`: the sky's tables have to be made again; `grid`: what of
-    /// the light grid has to be.
-    pub fn new(last: Option<&FrameKey>, now: &FrameKey, sky_changed: bool, grid: GridWork) -> Self {
-        let empty = now.clouds.is_none() && now.listed.is_empty();
-        let particles = last.is_none_or(|l| l.clouds != now.clouds || l.listed != now.listed);
-        let camera = last.is_none_or(|l| l.frame != now.frame);
-        let lights = last.is_none_or(|l| l.light != now.light);
-        let shadow = last.is_none_or(|l| l.shadow != now.shadow);
-        let lit = particles || lights || sky_changed || grid.solve;
-        let anything = lit || camera || shadow || grid.field;
+    /// From what has changed, after it has observed `now`. `sky_changed`: the sky's tables have to be
+    /// made again; `grid`: what of the light grid has to be.
+    pub fn new(changes: &Changes, now: &FrameKey, sky_changed: bool, grid: &GridWork) -> Self {
+        let empty = now.is_empty();
+        // Only what is shown is made: clouds, and shadows where there is anything to see them on.
+        let has_clouds = !empty && now.in_view.clouds;
+        let has_shadows = !empty && now.in_view.ground;
+        let has_particles = has_clouds || has_shadows;
+        let stale = |product| changes.is_stale(product, None);
+        let relit = has_clouds && changes.is_stale(Product::Light, Some(Input::Camera));
+        let mut made = Vec::new();
+        let mut make = |product, needed: bool| {
+            let makes = needed && stale(product);
+            made.extend(makes.then_some(product));
+            makes
+        };
+        let particles = make(Product::Particles, has_particles);
+        let screen = make(Product::ScreenLists, has_clouds);
+        let light_lists = make(Product::LightLists, has_particles);
+        let light = make(Product::Light, has_clouds);
+        let shadow = make(Product::Shadow, has_particles);
+        let clouds = make(Product::Clouds, has_clouds);
+        let picture = stale(Product::Picture) || shadow || clouds;
+        made.extend(picture.then_some(Product::Picture));
 
         let mut decisions = Vec::new();
         let mut decide = |pass, runs: bool, yes, no| {
             decisions.push(Decision { pass, runs, reason: if runs { yes } else { no } });
         };
-        let or_empty = |no| if empty { "no particles in the scene" } else { no };
+        let unless_empty = |no| if empty { "no particles in the scene" } else { no };
+        let or_unseen = |no| unless_empty(if has_clouds { no } else { "no cloud is in view" });
+        let or_unneeded =
+            |no| unless_empty(if has_particles { no } else { "neither clouds nor ground in view" });
+        let moved = "particles, sun or camera changed";
         decide(Pass::Sky, sky_changed, "sun, altitude or ground changed", "sky unchanged");
-        let rings_unneeded =
-            if now.clouds.is_none() { "the scene has no cloud field" } else { "field unchanged" };
         decide(
             Pass::Rings,
             now.clouds.is_some() && particles,
             "time, camera or field changed",
-            rings_unneeded,
+            match now.clouds {
+                None => "the scene has no cloud field",
+                Some(_) => or_unneeded("field unchanged"),
+            },
         );
-        let screen_order = !empty && (particles || camera);
-        let light_order = !empty && (particles || lights);
-        let order = screen_order || light_order;
-        let moved = "particles, sun or camera changed";
         for pass in [Pass::Project, Pass::Sort, Pass::TileLists] {
-            decide(pass, order, moved, or_empty("order unchanged"));
+            decide(pass, screen || light_lists, moved, or_unneeded("order unchanged"));
         }
         decide(
             Pass::LightGrid,
-            !empty && grid.solve,
-            "particles, sun or the grid's place changed",
-            or_empty("particles and sun as the grid has them"),
+            has_clouds && !grid.steps.is_empty(),
+            if grid.solved { "particles, sun or the grid's place changed" } else { "on the way" },
+            or_unseen("particles and sun as the grid has them"),
         );
         decide(
             Pass::LightField,
-            !empty && grid.field,
+            has_clouds && grid.field,
             "the grid's light or the eye's place changed",
-            or_empty("seen from the same place"),
+            or_unseen("seen from the same place"),
         );
-        decide(
-            Pass::Light,
-            !empty && (lit || camera),
-            if lit { "particles, sun or sky changed" } else { "particles may have come into view" },
-            or_empty("light unchanged"),
-        );
+        let relit_why =
+            if relit { "particles, sun or sky changed" } else { "others may be in view" };
+        decide(Pass::Light, light, relit_why, or_unseen("light unchanged"));
         decide(
             Pass::Shadow,
-            !empty && (particles || lights || shadow || camera),
-            "particles, sun or view changed",
-            or_empty("shadows unchanged"),
+            shadow,
+            "particles, sun or camera changed",
+            or_unneeded("shadows unchanged"),
         );
-        decide(
-            Pass::Blend,
-            !empty && (lit || camera || grid.field),
-            moved,
-            or_empty("clouds unchanged"),
-        );
-        decide(Pass::Resolve, anything, "something changed", "picture unchanged");
-        decide(Pass::Tonemap, anything, "something changed", "picture unchanged");
-        Self { decisions, screen_order, light_order, relit: lit }
+        decide(Pass::Blend, clouds, moved, or_unseen("clouds unchanged"));
+        for pass in [Pass::Resolve, Pass::Tonemap] {
+            decide(pass, picture, "something changed", "picture unchanged");
+        }
+        Self { decisions, made, relit, has_particles, has_clouds }
     }
 
     /// The plan with one pass left out, for showing what it does.
@@ -187,14 +180,24 @@ impl FramePlan {
         self.decisions.iter().any(|d| d.pass == pass && d.runs)
     }
 
-    /// Whether the screen's order and lists are made anew.
-    pub fn screen_order(&self) -> bool {
-        self.screen_order
+    /// Whether something is made anew, in part or whole.
+    pub fn makes(&self, product: Product) -> bool {
+        self.made.contains(&product)
     }
 
-    /// Whether the lights' order and lists are made anew; turning the camera leaves them.
-    pub fn light_order(&self) -> bool {
-        self.light_order
+    /// What is made anew.
+    pub fn made(&self) -> &[Product] {
+        &self.made
+    }
+
+    /// Whether clouds or their shadows may be in view: else nobody has counted particles.
+    pub fn has_particles(&self) -> bool {
+        self.has_particles
+    }
+
+    /// Whether clouds may be in view.
+    pub fn has_clouds(&self) -> bool {
+        self.has_clouds
     }
 
     /// Whether the light of particles that were lit before has changed.
@@ -209,67 +212,4 @@ impl FramePlan {
 }
 
 #[cfg(test)]
-mod tests {
-    use bytemuck::Zeroable;
-
-    use super::*;
-
-    fn key() -> FrameKey {
-        FrameKey {
-            frame: FrameUniforms { has_ground: 1, ..FrameUniforms::zeroed() },
-            clouds: Some(CloudUniforms::zeroed()),
-            listed: Vec::new(),
-            light: LightView::zeroed(),
-            shadow: ShadowUniforms::zeroed(),
-        }
-    }
-
-    const ALL: GridWork = GridWork { solve: true, field: true };
-    const NONE: GridWork = GridWork { solve: false, field: false };
-
-    fn running(plan: &FramePlan) -> Vec<Pass> {
-        Pass::ALL.into_iter().filter(|p| plan.runs(*p)).collect()
-    }
-
-    #[test]
-    fn the_first_frame_runs_everything() {
-        let plan = FramePlan::new(None, &key(), true, ALL);
-        assert_eq!(running(&plan), Pass::ALL);
-    }
-
-    #[test]
-    fn paused_and_still_runs_nothing() {
-        let plan = FramePlan::new(Some(&key()), &key(), false, NONE);
-        assert_eq!(running(&plan), []);
-        assert!(plan.decisions().iter().all(|d| !d.reason.is_empty()));
-    }
-
-    #[test]
-    fn a_turned_camera_keeps_the_light() {
-        let mut now = key();
-        now.frame.forward = [1.0, 0.0, 0.0, 0.0];
-        let plan = FramePlan::new(Some(&key()), &now, false, NONE);
-        assert!(plan.screen_order() && !plan.light_order() && !plan.relit());
-        for pass in [Pass::Sky, Pass::Rings, Pass::LightGrid, Pass::LightField] {
-            assert!(!plan.runs(pass), "{pass:?}");
-        }
-        assert!(plan.runs(Pass::Blend) && plan.runs(Pass::Resolve));
-    }
-
-    #[test]
-    fn a_moved_sun_keeps_the_particles_and_the_screen_order() {
-        let mut now = key();
-        now.light.towards = [0.0, 1.0, 0.0, 0.0];
-        let plan = FramePlan::new(Some(&key()), &now, true, ALL);
-        assert!(plan.light_order() && !plan.screen_order() && plan.relit());
-        assert!(!plan.runs(Pass::Rings) && plan.runs(Pass::Light) && plan.runs(Pass::Shadow));
-    }
-
-    #[test]
-    fn an_empty_sky_needs_sky_and_picture_only() {
-        let mut now = key();
-        now.clouds = None;
-        let plan = FramePlan::new(None, &now, true, NONE);
-        assert_eq!(running(&plan), [Pass::Sky, Pass::Resolve, Pass::Tonemap]);
-    }
-}
+mod tests;

@@ -9,12 +9,16 @@ pub use key::sky_inputs;
 
 use glam::DVec3;
 
+use super::changes::Changes;
 use super::composer::Composer;
 use super::gpu_data::ParticleLight;
-use super::light_grid::{GridInputs, GridMedium, GridSize, GridWork, LightGrid, Spreads};
+use super::in_view::{InView, in_view};
+use super::light_grid::{
+    GridInputs, GridMedium, GridOrder, GridSize, GridWork, LightGrid, Spreads,
+};
 use super::passes::Passes;
-use super::picture::{FrameStats, Picture};
-use super::plan::{FrameKey, FramePlan, Pass};
+use super::picture::{Counters, FrameStats, Picture};
+use super::plan::{FramePlan, Pass};
 use super::population::Shapes;
 use super::resources::{Capacities, Layout, ListCapacity, Resources};
 use super::rings;
@@ -42,6 +46,7 @@ pub struct Renderer {
     quality: Quality,
     medium: Medium,
     omit: Option<Pass>,
+    make_unseen: bool,
     composer: Option<Box<dyn Composer>>,
     passes: Passes,
     tables: TablesGpu,
@@ -54,7 +59,7 @@ pub struct Renderer {
     stats: StatsReader,
     capacities: Capacities,
     resources: Option<Resources>,
-    last: Option<FrameKey>,
+    changes: Changes,
     light_epoch: u32,
 }
 
@@ -69,15 +74,21 @@ impl Renderer {
         scene.validate()?;
         gpu.forget_parts();
         gpu.begin_part("sky");
-        let library = ShaderLibrary::new()?;
         let quality = settings.quality();
         let medium = &scene.medium;
-        let tables_gpu = TablesGpu::new(gpu, tables, &medium.phase, medium.albedo)?;
-        let sky = SkyPass::new(gpu, &library)?;
         let shapes = Shapes::new(tables);
-        let spreads = Spreads::new(&shapes)?;
         let truncation = Truncation::new(&medium.phase);
-        let halo = Halo::new(&medium.phase, &truncation);
+        // A third of a second each: nobody waits for one after the other.
+        let ((spreads, halo), compiled) = rayon::join(
+            || (Spreads::new(&shapes), Halo::new(&medium.phase, &truncation)),
+            || -> Result<_> {
+                let library = ShaderLibrary::new()?;
+                let tables = TablesGpu::new(gpu, tables, &medium.phase, medium.albedo)?;
+                let sky = SkyPass::new(gpu, &library)?;
+                Ok((library, tables, sky))
+            },
+        );
+        let (spreads, (library, tables_gpu, sky)) = (spreads?, compiled?);
         let grid = GridMedium { spreads: &spreads, halo: &halo, albedo: medium.albedo };
         let groups = [tables_gpu.layout(), sky.layout()];
         let passes = Passes::new(gpu, &library, &quality, &grid, groups)?;
@@ -88,6 +99,7 @@ impl Renderer {
             quality,
             medium: *medium,
             omit: settings.omit,
+            make_unseen: false,
             composer: None,
             passes,
             shapes,
@@ -104,7 +116,7 @@ impl Renderer {
                 light: lists,
             },
             resources: None,
-            last: None,
+            changes: Changes::default(),
             light_epoch: 0,
         })
     }
@@ -182,38 +194,33 @@ impl Renderer {
         time: f64,
         size: [u32; 2],
     ) -> Result<(FrameStats, Counts)> {
-        let settings = &self.quality.grid;
-        let (shapes, truncation) = (&self.shapes, &self.truncation);
-        let most = self.capacities.particles;
-        let grid = GridInputs::new(scene, shapes, truncation, settings, time, most)?;
-        let shift = grid.as_ref().map_or(DVec3::ZERO, |(_, shift)| *shift);
-        let key = self.key(scene, time, size, shift)?;
-        let sky_work = self.sky.update(&self.gpu, &sky_inputs(scene));
-        let layout = Layout {
-            size,
-            columns: scene.clouds.as_ref().map_or(Ok(0), rings::columns)?,
-            light_tiles: key.light.tiles,
-            capacities: self.capacities,
+        let in_view = if self.make_unseen { InView::ALL } else { in_view(scene, time, size) };
+        let columns = scene.clouds.as_ref().map_or(Ok(0), rings::columns)?;
+        let (grid, shift) = if in_view.clouds {
+            self.prepare_grid(scene, time, columns)?
+        } else {
+            Default::default()
         };
+        let key = self.key(scene, time, size, shift, in_view)?;
+        let sky_work = self.sky.update(&self.gpu, &sky_inputs(scene));
+        let layout =
+            Layout { size, columns, light_tiles: key.light.tiles, capacities: self.capacities };
         let resources = match self.resources.take().filter(|r| r.layout == layout) {
             Some(resources) => resources,
             None => {
-                self.last = None;
+                self.changes.forget();
                 self.gpu.begin_part("frame");
                 Resources::new(&self.gpu, &self.passes, &self.phase, &self.shadow, layout)
             }
         };
-        let work = grid.as_ref().map_or(GridWork::default(), |(inputs, shift)| {
-            let size = GridSize { capacity: most, columns: layout.columns };
-            self.grid.prepare(&self.gpu, &self.passes, size, inputs, *shift)
-        });
         let unneeded = self.composer.as_ref().map_or(&[][..], |c| c.unneeded());
-        let plan = FramePlan::new(self.last.as_ref(), &key, sky_work != SkyWork::None, work);
+        let sky_changed = sky_work != SkyWork::None;
+        self.changes.observe(&key, sky_changed, &grid);
+        let plan = FramePlan::new(&self.changes, &key, sky_changed, &grid);
         let plan = unneeded.iter().fold(plan.without(self.omit), |p, pass| p.without(Some(*pass)));
-        let grid = grid.as_ref().map(|(inputs, shift)| (inputs, *shift));
-        self.record(&resources, &plan, &key, sky_work, grid)?;
-        if let Some((inputs, shift)) = grid {
-            self.grid.done(inputs, shift);
+        self.record(&resources, &plan, &key, sky_work, &grid, shift)?;
+        if in_view.clouds {
+            self.grid.done(shift);
         }
         let times = self.stats.times(&self.gpu)?;
         let counts = self.stats.read(&self.gpu)?;
@@ -225,10 +232,32 @@ impl Renderer {
             + self.grid.bytes();
         let stats = FrameStats {
             passes: pass_times(&plan, &times),
-            counters: counts.counters(&self.capacities, tiles, bytes),
+            unfinished: grid.progress[0] < grid.progress[1],
+            counters: Counters {
+                grid_steps: grid.progress.map(u64::from),
+                ..counts.of_plan(&plan, tiles).counters(&self.capacities, tiles, bytes)
+            },
         };
         self.resources = Some(resources);
-        self.last = Some(key);
+        plan.made().iter().for_each(|product| self.changes.done(*product));
         Ok((stats, counts))
+    }
+
+    /// What of the light grid a frame has to make, and the anchor of what it shows relative to the
+    /// eye, m.
+    fn prepare_grid(
+        &mut self,
+        scene: &Scene,
+        time: f64,
+        columns: u32,
+    ) -> Result<(GridWork, DVec3)> {
+        let (settings, capacity) = (&self.quality.grid, self.capacities.particles);
+        let (shapes, truncation) = (&self.shapes, &self.truncation);
+        let inputs = GridInputs::new(scene, shapes, truncation, settings, time, capacity)?;
+        let Some(inputs) = &inputs else { return Ok(Default::default()) };
+        let size = GridSize { capacity, columns };
+        let (slice, eye) = (settings.slice, scene.camera.position);
+        let order = GridOrder { inputs, size, slice, time, eye };
+        Ok(self.grid.prepare(&self.gpu, &self.passes, &order))
     }
 }

@@ -33,7 +33,7 @@ impl ShadowPass {
         tables: &wgpu::BindGroupLayout,
     ) -> Result<Self> {
         let file = crate::shader_file!("frame/shadow.wgsl");
-        let defs = [("SHADOW_STEPS", steps)];
+        let defs = [("STEPS", steps)];
         Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, &[tables])? })
     }
 

@@ -208,6 +208,20 @@ impl Counts {
             + list(self.lists[1], now.light)
     }
 
+    /// What of them a frame of this plan did: what was skipped has left the counts of before.
+    pub fn of_plan(self, plan: &FramePlan, [columns, rows]: [u32; 2]) -> Self {
+        let mut counts = self;
+        if !plan.has_clouds() {
+            let lists = [[0; 2], self.lists[1]];
+            let empty_tiles = columns * rows;
+            counts = Self { visible: 0, lists, lookups: 0, pixels: 0, empty_tiles, ..counts };
+        }
+        if !plan.has_particles() {
+            counts = Self { particles: 0, grid_particles: 0, lists: [[0; 2]; 2], ..counts };
+        }
+        counts
+    }
+
     /// As part of the public statistics.
     pub fn counters(&self, capacities: &Capacities, tiles: [u32; 2], bytes: u64) -> Counters {
         Counters {
@@ -222,6 +236,7 @@ impl Counts {
             bytes_resident: bytes,
             attempts: 1,
             overflowed: self.overflowed(capacities),
+            ..Counters::default()
         }
     }
 }

@@ -60,7 +60,7 @@ pub fn frame_uniforms(
     grid_shift: DVec3,
     quality: &Quality,
     particle_capacity: u32,
-    has_clouds: bool,
+    [has_clouds, has_shadows]: [bool; 2],
 ) -> FrameUniforms {
     let basis = camera.basis();
     let half_width = camera.half_width();
@@ -83,7 +83,7 @@ pub fn frame_uniforms(
         has_clouds: u32::from(has_clouds),
         light_epoch: 0,
         halo_share: truncation.peak_depth(scene.medium.albedo) as f32,
-        padding_a: 0,
+        has_shadows: u32::from(has_shadows),
         grid_shift: four(grid_shift),
     }
 }
@@ -117,7 +117,6 @@ pub fn light_view(
     towards: DVec3,
     bounds: &Bounds,
     camera: DVec3,
-    receiver_samples: u32,
 ) -> LightView {
     let [axis_u, axis_v] = picture_axes(towards);
     let warp = if bounds.around_camera { WARP_DETAILS * bounds.detail } else { 0.0 };
@@ -140,8 +139,8 @@ pub fn light_view(
         tile_size: tile as f32,
         inverse_tile_size: (1.0 / tile) as f32,
         tiles: [tiles.x as u32, tiles.y as u32],
-        receiver_samples,
         warp: warp as f32,
+        padding_a: 0,
     }
 }
 

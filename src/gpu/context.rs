@@ -1,5 +1,6 @@
 //! Adapter, device and queue, within WebGPU's default limits.
 
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 
 use super::watch::Watch;
@@ -16,6 +17,7 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     failure: Failure,
     watch: Option<Watch>,
+    compiled: Arc<AtomicU32>,
 }
 
 /// The first error that wgpu reported outside of a call's result: out of memory, a lost device, a
@@ -73,7 +75,8 @@ impl Gpu {
                 keep_first(&note, format!("the device was lost: {message}"));
             }
         });
-        Ok(Self { adapter, device, queue, failure, watch: None })
+        let compiled = Arc::default();
+        Ok(Self { adapter, device, queue, failure, watch: None, compiled })
     }
 
     /// The same device, but its kernels note what they are bound to, for checks of every value.
@@ -99,6 +102,22 @@ impl Gpu {
         if let Some(watch) = &self.watch {
             watch.clear();
         }
+    }
+
+    /// Notes that a shader was compiled, for those who wait.
+    pub(super) fn note_compiled(&self) {
+        self.compiled.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Shaders that were compiled on this device so far.
+    pub fn compiled(&self) -> u32 {
+        self.compiled.load(Ordering::Relaxed)
+    }
+
+    /// Loses the device, as a driver that is reset does: whoever uses it next gets an error.
+    pub fn lose(&self) {
+        self.device.destroy();
+        keep_first(&self.failure, "the device was lost: it was destroyed".to_owned());
     }
 
     /// Waits until everything submitted so far has run, and tells what failed on the way.

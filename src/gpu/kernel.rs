@@ -73,6 +73,7 @@ impl Kernel {
                 (name, pipeline)
             })
             .collect();
+        gpu.note_compiled();
         Ok(Self {
             label: path,
             layout,

@@ -9,6 +9,7 @@ mod fingerprint;
 mod layers;
 mod png;
 mod sequence;
+mod video;
 
 use std::fmt::{Display, Formatter};
 use std::path::Path;
@@ -18,6 +19,7 @@ pub use atomic::write_atomically;
 pub use fingerprint::{fingerprint, fingerprint_of};
 pub use layers::{Channel, Layers};
 pub use sequence::{FrameRange, FrameState, Sequence, SequenceKey, SequenceReport};
+pub use video::{VideoTarget, write_video};
 
 use crate::error::{Error, Result};
 use crate::frame::Picture;

@@ -1,85 +1,132 @@
-//! The window's events, and what becomes of them.
+//! The running program: session, window, device, and the thread that makes pictures.
 
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::{DeviceEvent, DeviceId, ElementState, KeyEvent, MouseScrollDelta, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow};
-use winit::keyboard::PhysicalKey;
-use winit::window::{CursorGrabMode, Window, WindowId};
+use winit::event_loop::ActiveEventLoop;
+use winit::window::{CursorGrabMode, Window};
 
+use super::files::Watched;
 use super::graphics::Graphics;
-use super::input::Key;
-use super::panel::Report;
+use super::panel::{self, Report};
+use super::saving;
 use super::session::Session;
+use super::studio::{Errand, Order, Reply, Shown, Studio, Wake};
+use super::truth::{Beside, News, Truth};
+use super::wishes::Wish;
 use super::{WindowOptions, window_error};
+use crate::frame::Preset;
+use crate::output::Format;
+use crate::scene::Scene;
+use crate::tables::TableSet;
 use crate::{Error, Result};
 
-/// A notch of the wheel on devices that count in pixels.
-const PIXELS_PER_NOTCH: f64 = 50.0;
 /// A device that is lost again sooner than this is given up.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// What a frame after a rest counts for, s: a tap on a key then moves as far as it should.
 const FIRST_STEP: f64 = 1.0 / 60.0;
-/// Share of a new frame in the shown frame time.
+/// Share of a new picture in the shown times.
 const SMOOTHING: f64 = 0.2;
+/// A view that rests so long is shown sharp.
+const REST: Duration = Duration::from_millis(300);
+/// How often a stage that takes long is painted.
+const STAGE_INTERVAL: Duration = Duration::from_millis(200);
 
 /// The running program.
 pub(super) struct App {
+    pub(super) session: Session,
+    pub(super) report: Report,
     options: WindowOptions,
-    session: Session,
-    report: Report,
-    // Graphics before the window it shows itself in.
-    graphics: Option<Graphics>,
-    window: Option<Arc<Window>>,
-    looking: bool,
-    wants_screenshot: bool,
+    pub(super) tables: Arc<TableSet>,
+    pub(super) wake: Wake,
+    // What is on the device before the window it is shown in.
+    pub(super) studio: Option<Studio>,
+    pub(super) graphics: Option<Graphics>,
+    pub(super) window: Option<Arc<Window>>,
+    pub(super) looking: bool,
+    /// The reference of the view, while it is wanted and the view rests.
+    pub(super) truth: Option<Truth>,
+    /// What it has told last.
+    pub(super) news: Option<News>,
+    /// What of it is on the screen.
+    pub(super) beside: Beside,
+    /// The scene's file.
+    pub(super) watched: Option<Watched>,
+    /// When it is looked at next.
+    pub(super) look_at: Instant,
+    /// The scene that orders share until it is changed.
+    ordered: Arc<Scene>,
     /// Whether the quality at the start was chosen for the adapter.
     adapted: bool,
     last_frame: Option<Instant>,
+    last_picture: Option<Instant>,
     last_loss: Option<Instant>,
-    /// When the panel wants to be painted again.
-    repaint_at: Option<Instant>,
+    /// What the times that resolution adapts to were measured with.
+    preset: Preset,
+    /// Since when nothing moves.
+    resting_since: Option<Instant>,
+    /// When the window wants to be painted again.
+    pub(super) repaint_at: Option<Instant>,
     /// Why the program ends, if not because it was asked to.
     pub failure: Option<Error>,
 }
 
 impl App {
     /// The program before there is a window.
-    pub fn new(options: WindowOptions) -> Self {
+    pub fn new(options: WindowOptions, wake: Wake) -> Self {
         let mut session = Session::new(options.scene.clone(), options.time);
         if let Some(preset) = options.preset {
             session.settings.preset = preset;
         }
-        Self {
-            options,
+        let file = options.file.clone();
+        let shapes = options.tables.shape_names().map(str::to_owned).collect();
+        let tables = Arc::new(options.tables.clone());
+        let mut app = Self {
+            ordered: Arc::new(session.scene.clone()),
             session,
-            report: Report::default(),
+            report: Report { shapes, tables: Some(tables.clone()), ..Report::default() },
+            tables,
+            options,
+            wake,
+            studio: None,
             graphics: None,
             window: None,
             looking: false,
-            wants_screenshot: false,
+            truth: None,
+            news: None,
+            beside: Beside::default(),
+            watched: None,
+            look_at: Instant::now(),
             adapted: false,
             last_frame: None,
+            last_picture: None,
             last_loss: None,
+            resting_since: None,
+            preset: Preset::default(),
             repaint_at: None,
             failure: None,
+        };
+        app.find_scenes();
+        if let Some(path) = file {
+            app.watch(&path);
         }
+        app
     }
 
-    fn open(&self, event_loop: &ActiveEventLoop) -> Result<Arc<Window>> {
+    /// Opens the window.
+    pub fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<()> {
         let [width, height] = self.options.size;
         let attributes = Window::default_attributes()
             .with_title("Cumuli")
             .with_inner_size(PhysicalSize::new(width, height));
         let window = event_loop.create_window(attributes);
-        Ok(Arc::new(window.map_err(|e| window_error(&e.to_string()))?))
+        self.window = Some(Arc::new(window.map_err(|e| window_error(&e.to_string()))?));
+        Ok(())
     }
 
-    /// A device for the window, and a quality that suits it.
+    /// A device for the window, a quality that suits it, and the thread that makes pictures.
     fn make_graphics(&mut self, window: &Arc<Window>) -> Result<()> {
         let graphics = Graphics::new(window)?;
         (self.report.adapter, self.report.software) = graphics.adapter();
@@ -90,11 +137,15 @@ impl App {
             }
         }
         self.adapted = true;
+        // On a software driver the window would wait for the clouds' queue.
+        let shared = (!self.report.software).then(|| graphics.gpu().clone());
         self.graphics = Some(graphics);
+        self.studio = Some(Studio::new(shared, self.tables.clone(), self.wake.clone())?);
         Ok(())
     }
 
-    fn redraw(&mut self) -> Result<()> {
+    /// Lets time go by, orders the picture that belongs to it, and paints what there is.
+    pub fn redraw(&mut self) -> Result<()> {
         let Some(window) = self.window.clone() else { return Ok(()) };
         let size: [u32; 2] = window.inner_size().into();
         if size.contains(&0) {
@@ -106,50 +157,197 @@ impl App {
         if self.graphics.is_none() {
             self.make_graphics(&window)?;
         }
+        self.take_replies()?;
+        self.order(size);
+        self.attend_truth(size)?;
+        self.report.compiled = self.studio.as_ref().map_or(0, Studio::compiled);
+        let (session, report) = (&mut self.session, &self.report);
         let Some(graphics) = &mut self.graphics else { return Ok(()) };
-        if graphics.is_cold(&self.session) {
-            // Something to look at while shaders compile.
-            let said = std::mem::replace(&mut self.report.message, "preparing…".to_owned());
-            graphics.present(&mut self.session, &self.report)?;
-            self.report.message = said;
+        let split = session.compare.split;
+        let again = graphics.present(split, |ctx| panel::show(ctx, session, report))?;
+        let mut repaint_at = again.and_then(|wait| Instant::now().checked_add(wait));
+        let mut at_latest = |wait: Duration| {
+            let at = Instant::now() + wait;
+            repaint_at = Some(repaint_at.map_or(at, |other| other.min(at)));
+        };
+        if self.report.stage.is_some() {
+            at_latest(STAGE_INTERVAL);
         }
-        if std::mem::take(&mut self.wants_screenshot) {
-            let (tables, session) = (&self.options.tables, &self.session);
-            let saved = graphics.screenshot(tables, session, size, Path::new(""));
-            self.report.message = match saved {
-                Ok(path) => format!("saved {}", path.display()),
-                // A full disk is no reason to end.
-                Err(e @ (Error::Io { .. } | Error::Input { .. })) => e.to_string(),
-                Err(e) => return Err(e),
-            };
+        if let Some(since) = self.resting_since
+            && since.elapsed() < REST
+        {
+            at_latest(REST - since.elapsed());
         }
-        graphics.render(&self.options.tables, &self.session, size, &mut self.report)?;
-        let again = graphics.present(&mut self.session, &self.report)?;
-        self.repaint_at = again.and_then(|wait| Instant::now().checked_add(wait));
+        self.repaint_at = repaint_at;
         Ok(())
     }
 
     /// Lets the time since the last frame go by.
     fn step(&mut self) {
         let now = Instant::now();
-        let Some(last) = self.last_frame.replace(now) else {
-            self.session.step(FIRST_STEP);
-            return;
-        };
-        let seconds = now.duration_since(last).as_secs_f64();
-        self.session.step(seconds);
-        let shown = &mut self.report.frame_time;
-        *shown = if *shown == 0.0 { seconds } else { *shown + SMOOTHING * (seconds - *shown) };
+        let seconds = self.last_frame.replace(now).map(|last| now.duration_since(last));
+        self.session.step(seconds.map_or(FIRST_STEP, |s| s.as_secs_f64()));
+        if self.session.is_lively() {
+            self.resting_since = None;
+        } else {
+            // The time at rest is no part of the next frame's.
+            self.last_frame = None;
+            self.resting_since.get_or_insert(now);
+        }
+    }
+
+    /// The order that belongs to the present moment.
+    pub(super) fn present_order(&mut self, size: [u32; 2]) -> Order {
+        if *self.ordered != self.session.scene {
+            self.ordered = Arc::new(self.session.scene.clone());
+        }
+        Order {
+            scene: self.ordered.clone(),
+            camera: self.session.fly.camera(),
+            time: self.session.clock.time,
+            size,
+            settings: self.session.settings,
+            inside: None,
+        }
+    }
+
+    fn order(&mut self, window: [u32; 2]) {
+        let most = self.graphics.as_ref().map_or(1, Graphics::most_pixels);
+        let size = self.session.picture_size(window, most, self.rests());
+        let order = Order { inside: self.session.inside, ..self.present_order(size) };
+        if self.session.settings.preset != self.preset {
+            self.preset = self.session.settings.preset;
+            self.session.resolution.begin();
+        }
+        // Light that is made over several pictures goes on in the next.
+        let unfinished = self.report.stats.unfinished && !self.is_busy();
+        if let Some(studio) = &mut self.studio {
+            studio.order(order, unfinished);
+        }
+    }
+
+    /// Whether the view has rested for a while.
+    pub(super) fn rests(&self) -> bool {
+        self.report.has_picture && self.resting_since.is_some_and(|since| since.elapsed() >= REST)
+    }
+
+    /// Takes over what the thread has made.
+    pub fn take_replies(&mut self) -> Result<()> {
+        while let Some(reply) = self.studio.as_mut().and_then(Studio::reply) {
+            match reply {
+                Reply::Stage(stage) => self.report.stage = stage,
+                Reply::Picture(shown) => self.take_picture(*shown),
+                Reply::Measured(measured) => self.compare_with(*measured),
+                Reply::Saved(paths) => {
+                    let names: Vec<_> = paths.iter().map(|p| p.display().to_string()).collect();
+                    self.report.message = format!("saved {}", names.join(" and "));
+                }
+                Reply::Refused(error) => {
+                    self.report.stage = None;
+                    self.report.message = error.to_string();
+                }
+                Reply::Failed(error) => return Err(error),
+            }
+        }
+        self.take_news();
+        Ok(())
+    }
+
+    fn take_picture(&mut self, shown: Shown) {
+        if let Some(graphics) = &mut self.graphics {
+            graphics.set_picture(0, Some(&shown.image));
+        }
+        let now = Instant::now();
+        if !self.report.has_picture {
+            let seconds = self.options.begun.elapsed().as_secs_f64();
+            let of_processor = cpu_time::ProcessTime::now().as_duration().as_secs_f64();
+            tracing::info!(
+                "first picture after {seconds:.3} s, {of_processor:.3} s of processor time"
+            );
+            self.report.first_picture = seconds;
+        }
+        let since_last = self.last_picture.replace(now).map(|last| now.duration_since(last));
+        if let (Some(interval), true) = (since_last, self.session.is_lively()) {
+            let (shown, new) = (&mut self.report.interval, interval.as_secs_f64());
+            *shown = if *shown == 0.0 { new } else { *shown + SMOOTHING * (new - *shown) };
+        }
+        self.report.has_picture = true;
+        self.report.size = shown.order.size;
+        self.report.seconds = shown.seconds;
+        self.report.history.add(&shown.stats);
+        self.report.stats = shown.stats;
+        self.report.legend = shown.legend;
+        let window = self.window.as_ref().map(|w| w.inner_size().into()).unwrap_or([1, 1]);
+        let most = self.graphics.as_ref().map_or(1, Graphics::most_pixels);
+        if shown.order.inside != self.report.inside {
+            self.report.inside = shown.order.inside;
+            tracing::info!("shows {:?}", shown.order.inside);
+        }
+        let usual = self.session.picture_size(window, most, false) == shown.order.size;
+        if usual && !shown.cold {
+            self.session.resolution.took(shown.seconds);
+        } else {
+            self.session.resolution.forget();
+        }
+    }
+
+    /// Does what keys and buttons asked for.
+    pub fn grant(&mut self, event_loop: &ActiveEventLoop) {
+        for wish in std::mem::take(&mut self.session.wishes) {
+            match wish {
+                Wish::SaveScene(path) => {
+                    let saved = self.save_scene(path.as_deref());
+                    self.tell(saved);
+                }
+                Wish::SavePath => {
+                    let saved = self.save_path();
+                    self.tell(saved);
+                }
+                Wish::Open(path) => self.load(&path),
+                Wish::Quit => event_loop.exit(),
+                // While the device is made anew there is nobody to do it.
+                Wish::Screenshot(_) if self.studio.is_none() => self.session.wishes.push(wish),
+                Wish::Screenshot(formats) => self.screenshot(&formats),
+                Wish::LoseDevice => {
+                    if let Some(studio) = &self.studio {
+                        studio.lose_device();
+                    }
+                    if let Some(graphics) = &self.graphics {
+                        graphics.gpu().lose();
+                    }
+                    self.request_redraw();
+                }
+            }
+        }
+    }
+
+    /// Saves the view at the window's full size into the current folder.
+    fn screenshot(&mut self, formats: &[Format]) {
+        let Some(window) = &self.window else { return };
+        let most = self.graphics.as_ref().map_or(1, Graphics::most_pixels);
+        let size = <[u32; 2]>::from(window.inner_size()).map(|side| side.clamp(1, most));
+        match saving::free_names(Path::new(""), "cumuli", formats) {
+            Ok(paths) => {
+                let order = self.present_order(size);
+                if let Some(studio) = &self.studio {
+                    studio.send(Errand::Save(order, paths));
+                }
+            }
+            Err(error) => self.report.message = error.to_string(),
+        }
     }
 
     /// Ends with an error, or starts again with a new device where the old one was lost.
-    fn fail(&mut self, event_loop: &ActiveEventLoop, error: Error) {
-        let lost = matches!(error, Error::Gpu(_)) && self.graphics.take().is_some();
+    pub fn fail(&mut self, event_loop: &ActiveEventLoop, error: Error) {
+        let lost = matches!(error, Error::Gpu(_)) && self.graphics.is_some();
         let soon = self.last_loss.is_some_and(|at| at.elapsed() < PATIENCE);
         if lost && !soon {
             tracing::warn!("{error}; starting again with a new device");
+            self.studio = None;
+            self.graphics = None;
+            self.truth = None;
             self.last_loss = Some(Instant::now());
-            self.report.message = error.to_string();
+            self.report.message = format!("{error}; the flight goes on with a new one");
             self.request_redraw();
         } else {
             self.failure = Some(error);
@@ -157,30 +355,8 @@ impl App {
         }
     }
 
-    fn key(&mut self, event_loop: &ActiveEventLoop, event: &KeyEvent, consumed: bool) {
-        let PhysicalKey::Code(code) = event.physical_key else { return };
-        let Some(key) = Key::of(code) else { return };
-        let down = event.state == ElementState::Pressed;
-        // What was typed into the panel is not meant for the flight; but no key stays stuck.
-        if down && consumed {
-            return;
-        }
-        match key {
-            Key::Push(push) if !event.repeat => self.session.fly.push(push, down),
-            Key::Faster => self.session.fly.fast = down,
-            _ if !down || event.repeat => {}
-            Key::Push(_) => {}
-            Key::Pause => self.session.clock.running ^= true,
-            Key::Panel => self.session.panel ^= true,
-            Key::Home => self.session.fly.reset(),
-            Key::Screenshot => self.wants_screenshot = true,
-            Key::Quit => event_loop.exit(),
-        }
-        self.request_redraw();
-    }
-
     /// Starts or ends looking around. The pointer stays in the window and out of sight meanwhile.
-    fn look(&mut self, looking: bool) {
+    pub fn look(&mut self, looking: bool) {
         self.looking = looking;
         let Some(window) = &self.window else { return };
         window.set_cursor_visible(!looking);
@@ -197,103 +373,21 @@ impl App {
         }
     }
 
-    fn request_redraw(&self) {
+    /// Whether a picture is under way.
+    pub fn is_busy(&self) -> bool {
+        self.studio.as_ref().is_some_and(Studio::is_busy)
+    }
+
+    pub fn request_redraw(&self) {
         if let Some(window) = &self.window {
             window.request_redraw();
         }
     }
-}
 
-impl ApplicationHandler for App {
-    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        if self.window.is_some() {
-            return;
-        }
-        match self.open(event_loop) {
-            Ok(window) => {
-                self.window = Some(window);
-                self.request_redraw();
-            }
-            Err(error) => {
-                self.failure = Some(error);
-                event_loop.exit();
-            }
-        }
-    }
-
-    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let response = self.graphics.as_mut().map(|g| g.event(&event)).unwrap_or_default();
-        // A redraw that asked for the next one would never end.
-        if response.repaint && event != WindowEvent::RedrawRequested {
-            self.request_redraw();
-        }
-        match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
-                if let Some(graphics) = &mut self.graphics {
-                    graphics.resize();
-                }
-                self.request_redraw();
-            }
-            WindowEvent::Occluded(false) => self.request_redraw(),
-            WindowEvent::Focused(false) => {
-                self.session.fly.release();
-                self.look(false);
-            }
-            WindowEvent::KeyboardInput { event, .. } => {
-                self.key(event_loop, &event, response.consumed);
-            }
-            WindowEvent::MouseInput { state, .. } => {
-                let down = state == ElementState::Pressed;
-                if down != self.looking && !(down && response.consumed) {
-                    self.look(down);
-                }
-            }
-            WindowEvent::MouseWheel { delta, .. } if !response.consumed => {
-                self.session.fly.wheel(match delta {
-                    MouseScrollDelta::LineDelta(_, notches) => notches.into(),
-                    MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_PER_NOTCH,
-                });
-                self.report.message = format!("{:.0} m/s", self.session.fly.speed);
-            }
-            WindowEvent::RedrawRequested => {
-                if let Err(error) = self.redraw() {
-                    self.fail(event_loop, error);
-                }
-            }
-            _ => {}
-        }
-    }
-
-    fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
-        let (DeviceEvent::MouseMotion { delta: (x, y) }, true) = (event, self.looking) else {
-            return;
-        };
-        let Some(window) = &self.window else { return };
-        // What is under the pointer stays under it, near the middle of the picture.
-        let degrees = self.session.scene.camera.fov_x / f64::from(window.inner_size().width.max(1));
-        self.session.fly.look([x, y], degrees);
-        self.request_redraw();
-    }
-
-    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        let now = Instant::now();
-        if self.session.is_lively() || self.repaint_at.is_some_and(|at| at <= now) {
-            self.repaint_at = None;
-            self.request_redraw();
-        }
-        if !self.session.is_lively() {
-            // The time at rest is no part of the next frame's.
-            self.last_frame = None;
-        }
-        event_loop.set_control_flow(match self.repaint_at {
-            Some(at) => ControlFlow::WaitUntil(at),
-            None => ControlFlow::Wait,
-        });
-    }
-
-    fn exiting(&mut self, _: &ActiveEventLoop) {
-        // While the connection to the display still stands.
+    /// Lets go of everything, while the connection to the display still stands.
+    pub fn close(&mut self) {
+        self.truth = None;
+        self.studio = None;
         self.graphics = None;
         self.window = None;
     }

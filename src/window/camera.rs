@@ -55,11 +55,14 @@ const PUSHES: [Push; Push::COUNT] =
 /// The camera and what moves it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FlyCamera {
+    /// Where the flight began.
     start: Camera,
+    /// Where it was put last; lens and field of view are its.
+    base: Camera,
     position: DVec3,
     view: Angles,
     velocity: DVec3,
-    /// Whether it has left the scene's own camera.
+    /// Whether it has left `base`.
     moved: bool,
     held: [bool; Push::COUNT],
     /// Pressed since the last step, even if released again: no tap is lost in a slow frame.
@@ -75,6 +78,7 @@ impl FlyCamera {
     pub fn new(camera: &Camera) -> Self {
         Self {
             start: *camera,
+            base: *camera,
             position: camera.position,
             view: Angles::of(camera.basis().forward),
             velocity: DVec3::ZERO,
@@ -89,20 +93,38 @@ impl FlyCamera {
     /// The camera for the picture.
     pub fn camera(&self) -> Camera {
         if !self.moved {
-            return self.start;
+            return self.base;
         }
         Camera {
             position: self.position,
             target: self.position + TARGET_DISTANCE * self.view.direction(),
             up: DVec3::Y,
-            ..self.start
+            ..self.base
         }
+    }
+
+    /// Puts it here, at rest; it shows exactly this camera's view until it is moved.
+    pub fn set(&mut self, camera: &Camera) {
+        let start = self.start;
+        *self = Self { fast: self.fast, speed: self.speed, held: self.held, ..Self::new(camera) };
+        self.start = start;
+    }
+
+    /// Where the flight began, and where [`Self::reset`] leads.
+    pub fn start(&self) -> &Camera {
+        &self.start
     }
 
     /// Back to where it started, at rest.
     pub fn reset(&mut self) {
-        *self =
-            Self { fast: self.fast, speed: self.speed, held: self.held, ..Self::new(&self.start) };
+        let start = self.start;
+        self.set(&start);
+    }
+
+    /// Begins anew at the camera of another scene.
+    pub fn begin(&mut self, camera: &Camera) {
+        self.start = *camera;
+        self.reset();
     }
 
     /// A key goes down or up.

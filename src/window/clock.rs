@@ -2,6 +2,9 @@
 
 use crate::scene::limits;
 
+/// Least and most pace that can be chosen.
+pub(super) const PACES: std::ops::RangeInclusive<f64> = 0.01..=10_000.0;
+
 /// The scene's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Clock {
@@ -17,6 +20,11 @@ impl Clock {
     /// Runs from `time` at our own pace.
     pub fn new(time: f64) -> Self {
         Self { time, running: true, pace: 1.0 }
+    }
+
+    /// Runs quicker by a factor.
+    pub fn change_pace(&mut self, factor: f64) {
+        self.pace = (self.pace * factor).clamp(*PACES.start(), *PACES.end());
     }
 
     /// `seconds` of ours go by.

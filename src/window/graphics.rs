@@ -1,47 +1,33 @@
-//! Everything that lives on the device: made together, and made again when the device is lost.
+//! What the window shows itself with: made together, and made again when the device is lost.
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
 use winit::window::Window;
 
 use super::overlay::Overlay;
-use super::panel::{self, Report};
-use super::screenshot;
-use super::session::Session;
+use super::studio::Image;
 use super::surface::WindowSurface;
-use crate::frame::{Picture, RenderSettings, Renderer};
 use crate::gpu::Gpu;
-use crate::scene::Medium;
-use crate::tables::TableSet;
 use crate::{Error, Result};
 
-/// Device, surface, panel, and the clouds.
+/// Device, surface and panel.
 pub(super) struct Graphics {
     // In this order they go: what was made on the device before the device.
-    clouds: Option<Clouds>,
     overlay: Overlay,
     surface: WindowSurface,
     gpu: Gpu,
 }
 
-/// A renderer with what it was made for.
-struct Clouds {
-    renderer: Renderer,
-    settings: RenderSettings,
-    medium: Medium,
-}
-
 impl Graphics {
-    /// Makes a device for the window. The clouds come with the first frame.
+    /// Makes a device for the window.
     pub fn new(window: &Arc<Window>) -> Result<Self> {
         let (surface, gpu) = WindowSurface::new(window.clone())?;
         let format = surface
             .format()
             .ok_or_else(|| Error::Window("the adapter can't present to this window".to_owned()))?;
         let overlay = Overlay::new(&gpu, window.clone(), format);
-        Ok(Self { clouds: None, overlay, surface, gpu })
+        Ok(Self { overlay, surface, gpu })
     }
 
     /// The adapter's name, and whether it is a program instead of a graphics card.
@@ -50,9 +36,24 @@ impl Graphics {
         (info.name, info.device_type == wgpu::DeviceType::Cpu)
     }
 
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// Longest side of a picture, pixels.
+    pub fn most_pixels(&self) -> u32 {
+        self.gpu.device.limits().max_texture_dimension_2d
+    }
+
     /// Hands an event to the panel first.
     pub fn event(&mut self, event: &winit::event::WindowEvent) -> egui_winit::EventResponse {
         self.overlay.event(event)
+    }
+
+    /// Whether a text is being typed.
+    pub fn is_typing(&self) -> bool {
+        self.overlay.is_typing()
     }
 
     /// The window has changed its size.
@@ -60,82 +61,25 @@ impl Graphics {
         self.surface.resize();
     }
 
-    /// Whether the next frame has to compile shaders first.
-    pub fn is_cold(&self, session: &Session) -> bool {
-        !self.clouds.as_ref().is_some_and(|c| c.fits(session))
+    /// Shows this behind the panel from now on: as the picture (0), or beside it (1).
+    pub fn set_picture(&mut self, place: usize, image: Option<&Image>) {
+        self.overlay.set_picture(&self.gpu, place, image);
     }
 
-    /// Makes the frame that belongs to a window of this size.
-    pub fn render(
+    /// Puts the pictures, with `split` between them, and what `ui` shows on the screen. None where
+    /// the window shows nothing now; otherwise the time after which the panel wants to be painted
+    /// again.
+    pub fn present(
         &mut self,
-        tables: &TableSet,
-        session: &Session,
-        window: [u32; 2],
-        report: &mut Report,
-    ) -> Result<()> {
-        let most = self.gpu.device.limits().max_texture_dimension_2d;
-        let size = session.picture_size(window, most);
-        let clouds = Self::clouds(&mut self.clouds, &self.gpu, tables, session)?;
-        report.stats = clouds.renderer.frame(&session.seen(), session.clock.time, size)?;
-        report.size = size;
-        if let Some(texture) = clouds.renderer.display() {
-            self.overlay.set_picture(&self.gpu, texture);
-        }
-        Ok(())
-    }
-
-    /// Puts the last frame and the panel on the screen. None where the window shows nothing now;
-    /// otherwise the time after which the panel wants to be painted again.
-    pub fn present(&mut self, session: &mut Session, report: &Report) -> Result<Option<Duration>> {
+        split: f32,
+        ui: impl FnMut(&egui::Context),
+    ) -> Result<Option<Duration>> {
         let Some(target) = self.surface.next(&self.gpu)? else {
             return Ok(None);
         };
-        let again = self.overlay.paint(&self.gpu, &target.texture, |ctx| {
-            if session.panel {
-                panel::show(ctx, session, report);
-            }
-        });
+        let again = self.overlay.paint(&self.gpu, &target.texture, split, ui);
         self.gpu.queue.present(target);
         self.gpu.check()?;
         Ok(Some(again))
-    }
-
-    /// Saves the view at the window's full size into a folder.
-    pub fn screenshot(
-        &mut self,
-        tables: &TableSet,
-        session: &Session,
-        window: [u32; 2],
-        folder: &Path,
-    ) -> Result<PathBuf> {
-        let most = self.gpu.device.limits().max_texture_dimension_2d;
-        let size = window.map(|side| side.clamp(1, most));
-        let clouds = Self::clouds(&mut self.clouds, &self.gpu, tables, session)?;
-        let picture: Picture = clouds.renderer.render(&session.seen(), session.clock.time, size)?;
-        screenshot::save(folder, &picture)
-    }
-
-    /// The renderer for a session, made again where the one there is doesn't fit.
-    fn clouds<'a>(
-        clouds: &'a mut Option<Clouds>,
-        gpu: &Gpu,
-        tables: &TableSet,
-        session: &Session,
-    ) -> Result<&'a mut Clouds> {
-        let made = match clouds.take().filter(|c| c.fits(session)) {
-            Some(clouds) => clouds,
-            None => Clouds {
-                renderer: Renderer::new(gpu, tables, &session.scene, &session.settings)?,
-                settings: session.settings,
-                medium: session.scene.medium,
-            },
-        };
-        Ok(clouds.insert(made))
-    }
-}
-
-impl Clouds {
-    fn fits(&self, session: &Session) -> bool {
-        self.settings == session.settings && self.medium == session.scene.medium
     }
 }

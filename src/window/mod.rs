@@ -1,20 +1,34 @@
 //! The window: flying through a scene and changing it.
 //!
 //! Events go to the panel first, then to the session (scene, camera, time, quality). A redraw lets
-//! time go by, makes a frame on the device, and paints it with the panel over it. Where nothing
-//! moves, nothing is drawn.
+//! time go by, orders the picture that belongs to it from a thread of its own (`studio`), and paints
+//! the last one that came, with the panel over it. Where nothing moves, nothing is drawn.
 
 mod angles;
 mod app;
 mod camera;
 mod clock;
+mod compared;
+mod day;
+mod documents;
+mod events;
+mod files;
+mod flight_path;
 mod graphics;
 mod input;
 mod overlay;
 mod panel;
-mod screenshot;
+mod saving;
+mod scale;
 mod session;
+mod studio;
 mod surface;
+mod truth;
+mod wishes;
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
 use winit::event_loop::EventLoop;
 
@@ -27,6 +41,8 @@ use crate::{Error, Result};
 pub struct WindowOptions {
     /// The scene at the start.
     pub scene: Scene,
+    /// The file that it came from, to look out for changes.
+    pub file: Option<PathBuf>,
     /// The tables to render with.
     pub tables: TableSet,
     /// Time at the start, s.
@@ -35,12 +51,21 @@ pub struct WindowOptions {
     pub preset: Option<Preset>,
     /// Width and height of the window at the start, pixels.
     pub size: [u32; 2],
+    /// When the program was started, to tell how long it took to the first picture.
+    pub begun: Instant,
 }
 
 /// Opens a window and returns when it is closed. Only once in a program, on its first thread.
 pub fn run(options: WindowOptions) -> Result<()> {
-    let event_loop = EventLoop::new().map_err(|e| window_error(&e.to_string()))?;
-    let mut app = app::App::new(options);
+    let event_loop = EventLoop::<events::Replied>::with_user_event().build();
+    let event_loop = event_loop.map_err(|e| window_error(&e.to_string()))?;
+    let proxy = Mutex::new(event_loop.create_proxy());
+    let wake = Arc::new(move || {
+        let proxy = proxy.lock().unwrap_or_else(PoisonError::into_inner);
+        // Nobody waits any more when the loop has ended.
+        let _ = proxy.send_event(events::Replied);
+    });
+    let mut app = app::App::new(options, wake);
     event_loop.run_app(&mut app).map_err(|e| window_error(&e.to_string()))?;
     app.failure.take().map_or(Ok(()), Err)
 }

@@ -7,6 +7,7 @@ use egui_wgpu::ScreenDescriptor;
 use winit::event::WindowEvent;
 use winit::window::Window;
 
+use super::studio::Image;
 use crate::gpu::Gpu;
 
 /// egui with its textures on one device.
@@ -14,7 +15,14 @@ pub(super) struct Overlay {
     window: Arc<Window>,
     state: egui_winit::State,
     renderer: egui_wgpu::Renderer,
-    picture: Option<(wgpu::Texture, egui::TextureId)>,
+    /// Pictures behind the panel: that of the clouds, and one to compare with.
+    pictures: [Option<Backdrop>; 2],
+}
+
+/// A texture that egui knows.
+struct Backdrop {
+    texture: wgpu::Texture,
+    id: egui::TextureId,
 }
 
 impl Overlay {
@@ -31,7 +39,7 @@ impl Overlay {
         );
         let options = egui_wgpu::RendererOptions { dithering: false, ..Default::default() };
         let renderer = egui_wgpu::Renderer::new(&gpu.device, format, options);
-        Self { window, state, renderer, picture: None }
+        Self { window, state, renderer, pictures: [None, None] }
     }
 
     /// Hands an event on; `consumed` where it was meant for the panel.
@@ -39,41 +47,60 @@ impl Overlay {
         self.state.on_window_event(&self.window, event)
     }
 
-    /// Shows this texture behind the panel from now on; sRGB values.
-    pub fn set_picture(&mut self, gpu: &Gpu, texture: &wgpu::Texture) {
-        if self.picture.as_ref().is_some_and(|(shown, _)| shown == texture) {
+    /// Whether a text is being typed: then keys are not meant for the flight.
+    pub fn is_typing(&self) -> bool {
+        self.state.egui_ctx().egui_wants_keyboard_input()
+    }
+
+    /// Shows this behind the panel from now on: as the picture (0), or beside it (1).
+    pub fn set_picture(&mut self, gpu: &Gpu, place: usize, image: Option<&Image>) {
+        let Some(slot) = self.pictures.get_mut(place) else { return };
+        let texture = match image {
+            None => {
+                if let Some(old) = slot.take() {
+                    self.renderer.free_texture(&old.id);
+                }
+                return;
+            }
+            Some(Image::Texture(texture)) => texture.clone(),
+            Some(Image::Pixels(size, pixels)) => {
+                let fits = |b: &Backdrop| [b.texture.width(), b.texture.height()] == *size;
+                let old = slot.as_ref().filter(|b| fits(b)).map(|b| b.texture.clone());
+                let texture = old.unwrap_or_else(|| empty_texture(gpu, *size));
+                upload(gpu, &texture, *size, pixels);
+                texture
+            }
+        };
+        if slot.as_ref().is_some_and(|shown| shown.texture == texture) {
             return;
         }
         let view = texture.create_view(&Default::default());
         let filter = wgpu::FilterMode::Linear;
-        let id = match self.picture.take() {
-            Some((_, id)) => {
+        let id = match slot.take() {
+            Some(Backdrop { id, .. }) => {
                 let (device, renderer) = (&gpu.device, &mut self.renderer);
                 renderer.update_egui_texture_from_wgpu_texture(device, &view, filter, id);
                 id
             }
             None => self.renderer.register_native_texture(&gpu.device, &view, filter),
         };
-        self.picture = Some((texture.clone(), id));
+        *slot = Some(Backdrop { texture, id });
     }
 
-    /// Paints the picture and what `ui` shows over it. Returns after which time egui wants to
-    /// paint again, if nothing else happens.
+    /// Paints the pictures, the second one from `split` (0 to 1 from the left) on, and what `ui`
+    /// shows over them. Returns after which time egui wants to paint again, if nothing else happens.
     pub fn paint(
         &mut self,
         gpu: &Gpu,
         target: &wgpu::Texture,
+        split: f32,
         mut ui: impl FnMut(&egui::Context),
     ) -> Duration {
         let input = self.state.take_egui_input(&self.window);
         let ctx = self.state.egui_ctx().clone();
-        let picture = self.picture.as_ref().map(|(_, id)| *id);
+        let pictures = self.pictures.each_ref().map(|p| p.as_ref().map(|b| b.id));
         let mut output = ctx.run_ui(input, |root| {
-            if let Some(id) = picture {
-                let uv = egui::Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(1.0, 1.0));
-                let painter = root.ctx().layer_painter(egui::LayerId::background());
-                painter.image(id, root.ctx().content_rect(), uv, egui::Color32::WHITE);
-            }
+            backdrop(root.ctx(), pictures, split);
             ui(root.ctx());
         });
         self.state
@@ -117,4 +144,48 @@ impl Overlay {
         let viewport = output.viewport_output.get(&egui::ViewportId::ROOT);
         viewport.map_or(Duration::MAX, |v| v.repaint_delay)
     }
+}
+
+/// Paints the pictures over the whole window.
+fn backdrop(ctx: &egui::Context, pictures: [Option<egui::TextureId>; 2], split: f32) {
+    let area = ctx.content_rect();
+    let painter = ctx.layer_painter(egui::LayerId::background());
+    let whole = egui::Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(1.0, 1.0));
+    if let Some(id) = pictures[0] {
+        painter.image(id, area, whole, egui::Color32::WHITE);
+    }
+    if let Some(id) = pictures[1] {
+        let x = egui::lerp(area.x_range(), split);
+        let right = egui::Rect::from_min_max(egui::pos2(x, area.top()), area.max);
+        painter.with_clip_rect(right).image(id, area, whole, egui::Color32::WHITE);
+        painter.vline(x, area.y_range(), (1.0, egui::Color32::WHITE));
+    }
+}
+
+/// A texture for sRGB values that come from the host.
+fn empty_texture(gpu: &Gpu, size: [u32; 2]) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("picture from the host"),
+        size: extent(size),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8Unorm,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    })
+}
+
+fn upload(gpu: &Gpu, texture: &wgpu::Texture, size: [u32; 2], pixels: &[[u8; 4]]) {
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(4 * size[0]),
+        rows_per_image: None,
+    };
+    let bytes = bytemuck::cast_slice(pixels);
+    gpu.queue.write_texture(texture.as_image_copy(), bytes, layout, extent(size));
+}
+
+fn extent([width, height]: [u32; 2]) -> wgpu::Extent3d {
+    wgpu::Extent3d { width, height, depth_or_array_layers: 1 }
 }

@@ -7,6 +7,8 @@ mod pictures;
 mod references;
 mod sequences;
 mod tables;
+#[cfg(unix)]
+mod videos;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

@@ -7,6 +7,7 @@ mod march;
 mod passes;
 mod picture;
 mod shaders;
+mod slices;
 mod stress;
 
 use std::path::Path;

@@ -130,6 +130,55 @@ fn what_is_skipped_would_not_have_changed_the_picture() {
     }
 }
 
+/// Clouds out of view: a picture without them takes nothing, one of the ground only their shadows; what
+/// was left out is made when it comes into view. All with the bits of a renderer that skips nothing.
+#[test]
+fn what_is_out_of_view_is_not_made() {
+    let _turn = alone();
+    let still = cumulus();
+    let view = |height: f64, ahead: DVec3| {
+        let mut scene = still.clone();
+        scene.camera.position.y = height;
+        scene.camera.target = scene.camera.position + 1000.0 * ahead;
+        scene
+    };
+    let away = view(3000.0, DVec3::new(0.0, 1.0, -1.0));
+    let down = view(500.0, DVec3::new(0.0, -1.0, -1.0));
+    let picture = ["resolve", "tonemap"];
+    let shadows = ["rings", "project", "sort", "tile_lists", "shadow", "resolve", "tonemap"];
+    let with_sky = |passes: &[&'static str]| [&["sky"], passes].concat();
+    let steps: [(&str, &Scene, f64, Vec<&str>); 6] = [
+        ("away", &away, TIME, with_sky(&picture)),
+        ("later", &away, TIME + 5.0, vec![]),
+        ("down", &down, TIME + 5.0, with_sky(&shadows)),
+        ("later", &down, TIME + 10.0, shadows.to_vec()),
+        ("away again", &away, TIME + 20.0, with_sky(&picture)),
+        ("back", &still, TIME + 20.0, Vec::new()),
+    ];
+    let mut lasting = renderer(&still, &settings(Preset::Low));
+    for (what, scene, time, expected) in steps {
+        let made = render(&mut lasting, scene, time);
+        if what != "back" {
+            assert_eq!(ran(&made), expected, "{what}: {:?}", made.stats.passes);
+        }
+        let counters = made.stats.counters;
+        let none = !expected.contains(&"rings");
+        if what != "back" {
+            assert_eq!(counters.particles_generated == 0, none, "{what}");
+            assert_eq!(counters.light_list_entries == 0, none, "{what}");
+            let seen = [counters.particles_visible, counters.screen_list_entries];
+            assert_eq!(seen, [0; 2], "{what}");
+            assert_eq!([counters.table_lookups, counters.pixels_shaded], [0; 2], "{what}");
+            assert_eq!(counters.tiles_empty, counters.tiles, "{what}");
+        }
+        let mut all = renderer(scene, &settings(Preset::Low));
+        all.make_unseen(true);
+        let all = render(&mut all, scene, time);
+        assert!(ran(&all).len() == Pass::ALL.len(), "{what}: {:?}", all.stats.passes);
+        assert_same_bits(&made, &all, what);
+    }
+}
+
 /// The same for listed particles and pictures of other sizes, which keep none of the buffers.
 #[test]
 fn scenes_and_sizes_can_change_from_frame_to_frame() {

@@ -24,10 +24,10 @@ fn difference(tables: &TableSet, scene: &Scene, time: f64, reach: DVec3) -> [f64
     let shapes = Shapes::new(tables);
     let truncation = Truncation::new(&scene.medium.phase);
     let quality = Preset::Low.quality();
-    let (inputs, shift) =
-        GridInputs::new(scene, &shapes, &truncation, &quality.grid, time, u32::MAX)
-            .expect("inputs")
-            .expect("there are particles");
+    let inputs = GridInputs::new(scene, &shapes, &truncation, &quality.grid, time, u32::MAX)
+        .expect("inputs")
+        .expect("there are particles");
+    let shift = inputs.anchor_at(time) - scene.camera.position;
     let mut particles = inputs.listed.clone();
     if let Some(clouds) = &inputs.clouds {
         particles.extend(cpu::rings::particles(clouds));

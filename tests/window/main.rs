@@ -4,12 +4,15 @@
 #![cfg(all(target_os = "linux", feature = "window"))]
 
 mod display;
+mod files;
+mod flight;
+mod views;
 
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
 
-use display::{Display, is_there};
+use flight::{Flight, until};
 
 /// One particle under a uniform sky; it is off the middle of the picture, so every turn shows.
 const SCENE: &str = r#"
@@ -27,92 +30,6 @@ radius = 100.0
 extinction = 0.02
 "#;
 
-/// For whatever should happen soon, on the slowest machine.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-/// The program, flying.
-struct Flight {
-    dir: tempfile::TempDir,
-    display: Display,
-    child: Child,
-    window: String,
-    saved: u32,
-}
-
-impl Flight {
-    /// Starts it; none where this machine has no X server to try it on.
-    fn start(size: &str) -> Option<Self> {
-        if !is_there("Xvfb") || !is_there("xdotool") {
-            println!("skipped: Xvfb and xdotool are needed to try the window");
-            return None;
-        }
-        let dir = tempfile::tempdir().expect("a temporary folder");
-        std::fs::write(dir.path().join("scene.toml"), SCENE).expect("written");
-        let display = Display::start(dir.path());
-        let child = Command::new(env!("CARGO_BIN_EXE_cumuli"))
-            .args(["fly", "--scene", "scene.toml", "--size", size])
-            .current_dir(dir.path())
-            .env("DISPLAY", display.name())
-            .env("XDG_RUNTIME_DIR", dir.path())
-            .env_remove("WAYLAND_DISPLAY")
-            .stdin(Stdio::null())
-            .spawn()
-            .expect("the program starts");
-        let window = until("the window is there", || {
-            let found = display.tool(&["search", "--onlyvisible", "--name", "^Cumuli$"]);
-            found.lines().next().map(str::to_owned)
-        });
-        // Without a window manager nobody gives it the keyboard.
-        display.tool(&["windowfocus", "--sync", &window]);
-        let mut flight = Self { dir, display, child, window, saved: 0 };
-        flight.keys(&["space"]);
-        Some(flight)
-    }
-
-    fn keys(&mut self, arguments: &[&str]) {
-        self.display.tool(&[&["key"], arguments].concat());
-    }
-
-    /// Saves the view and reads it.
-    fn picture(&mut self) -> image::RgbImage {
-        self.keys(&["F12"]);
-        self.saved += 1;
-        let path = self.path();
-        until("the picture is saved", || path.exists().then_some(()));
-        image::open(path).expect("a whole PNG").into_rgb8()
-    }
-
-    fn path(&self) -> PathBuf {
-        self.dir.path().join(format!("cumuli-{:04}.png", self.saved))
-    }
-
-    /// Presses Escape; the exit code.
-    fn quit(mut self) -> Option<i32> {
-        self.keys(&["Escape"]);
-        until("the program ends", || self.child.try_wait().expect("a state")).code()
-    }
-}
-
-impl Drop for Flight {
-    fn drop(&mut self) {
-        // After a test that failed; otherwise it has ended.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-/// Waits until something is so.
-fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
-    let end = Instant::now() + PATIENCE;
-    loop {
-        if let Some(found) = look() {
-            return found;
-        }
-        assert!(Instant::now() < end, "in vain: {what}");
-        std::thread::sleep(Duration::from_millis(50));
-    }
-}
-
 /// Middle of what is brighter than the sky of the corner, pixels.
 fn cloud_at(picture: &image::RgbImage) -> [f64; 2] {
     let sky = picture.get_pixel(0, picture.height() - 1).0[1];
@@ -128,7 +45,7 @@ fn cloud_at(picture: &image::RgbImage) -> [f64; 2] {
 
 #[test]
 fn keys_and_mouse_move_the_view() {
-    let Some(mut flight) = Flight::start("320x240") else { return };
+    let Some(mut flight) = Flight::start(SCENE, "320x240") else { return };
     let start = cloud_at(&flight.picture());
     assert!(start[0] > 170.0 && start[1] < 110.0, "right of the middle and above it: {start:?}");
 
@@ -157,16 +74,17 @@ fn keys_and_mouse_move_the_view() {
 
 #[test]
 fn the_window_shows_the_view_and_the_panel_comes_and_goes() {
-    let Some(mut flight) = Flight::start("320x240") else { return };
+    let Some(mut flight) = Flight::start(SCENE, "320x240") else { return };
     let saved = flight.picture();
     flight.keys(&["F1"]);
-    // What is on the screen is the saved picture, at half the resolution: its mean colour is near.
+    // What is on the screen is the saved picture, perhaps at a lower resolution: its mean colour is near.
     let mean = |picture: &image::RgbImage| {
         let sum: u64 = picture.pixels().map(|p| u64::from(p.0[1])).sum();
         sum as f64 / f64::from(picture.width() * picture.height())
     };
     let bare = until("the panel is gone", || {
         let screen = flight.display.screen([320, 240]);
+        // Scaled up from a smaller picture until it rests.
         ((mean(&screen) - mean(&saved)).abs() < 2.0).then_some(screen)
     });
     assert!((cloud_at(&bare)[0] - cloud_at(&saved)[0]).abs() < 3.0);
@@ -180,7 +98,7 @@ fn the_window_shows_the_view_and_the_panel_comes_and_goes() {
 
 #[test]
 fn odd_and_tiny_sizes() {
-    let Some(mut flight) = Flight::start("320x240") else { return };
+    let Some(mut flight) = Flight::start_at_scale(SCENE, "320x240", "1.5") else { return };
     for (width, height) in [(333, 77), (1, 1), (7, 301), (640, 480)] {
         let (w, h) = (width.to_string(), height.to_string());
         let window = flight.window.clone();
@@ -226,4 +144,23 @@ fn bad_scenes_are_refused_before_a_window_opens() {
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{message}");
     assert!(message.contains("none.toml: there is no such file"), "{message}");
+}
+
+#[test]
+fn a_lost_device_is_replaced_and_the_flight_goes_on() {
+    let Some(mut flight) = Flight::start(SCENE, "320x240") else { return };
+    let before = flight.picture();
+    flight.keys(&["F10"]);
+    until("it starts again", || flight.log().contains("starting again").then_some(()));
+    // A picture that was under way when the device went may be lost; the next is not.
+    assert_eq!(flight.picture(), before, "the same bits from the new device");
+    flight.keys(&["F1"]);
+    until("the view is on the screen again", || {
+        let screen = flight.display.screen([320, 240]);
+        let off = |at: [f64; 2], to: [f64; 2]| (at[0] - to[0]).hypot(at[1] - to[1]);
+        let shown = screen.pixels().any(|p| p.0[1] > 12);
+        (shown && off(cloud_at(&screen), cloud_at(&before)) < 3.0).then_some(())
+    });
+    assert!(flight.is_alive());
+    assert_eq!(flight.quit(), Some(0));
 }

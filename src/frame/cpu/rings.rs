@@ -8,7 +8,8 @@ use crate::frame::gpu_data::{CloudUniforms, Particle, Ring};
 const GROWTH_SEEN: f32 = 0.2;
 const GROWTH_DENSE: f32 = 0.45;
 const SMALLEST_RADIUS: f32 = 0.7;
-const RIM_RADIUS: f32 = 0.6;
+/// Largest radius of a particle relative to the height of the cloud at its place.
+pub const RIM_RADIUS: f32 = 0.6;
 const LEAST_RADIUS: f32 = 0.25;
 const DENSE_RADIUS: f32 = 0.5;
 const HEIGHT_JITTER: f32 = 0.7;
@@ -148,13 +149,17 @@ pub fn candidate(
 
 /// All particles of the field, in the device's order.
 pub fn particles(clouds: &CloudUniforms) -> Vec<Particle> {
+    (0..clouds.rings).flat_map(|index| particles_of_ring(clouds, index)).collect()
+}
+
+/// Those of one ring; of none where there is no such ring.
+pub fn particles_of_ring(clouds: &CloudUniforms, index: u32) -> Vec<Particle> {
     let mut result = Vec::new();
-    for (index, ring) in clouds.ring.iter().take(clouds.rings as usize).enumerate() {
-        for z in 0..clouds.cells {
-            for x in 0..clouds.cells {
-                for layer in 0..ring.layers {
-                    result.extend(candidate(clouds, index as u32, ring, UVec2::new(x, z), layer));
-                }
+    let Some(ring) = clouds.ring.get(index as usize) else { return result };
+    for z in 0..clouds.cells {
+        for x in 0..clouds.cells {
+            for layer in 0..ring.layers {
+                result.extend(candidate(clouds, index, ring, UVec2::new(x, z), layer));
             }
         }
     }

@@ -1,4 +1,9 @@
-//! The light grid of one renderer: when it has to be made, and what it holds.
+//! The light grid of one renderer: what it holds, and when it has to be made.
+//!
+//! A solution takes many turns. All in one frame, it is always that of the frame's own time and place;
+//! a few turns a frame, the last whole one is shown until the next is whole.
+
+use std::ops::Range;
 
 use glam::DVec3;
 
@@ -9,78 +14,172 @@ use crate::frame::passes::Passes;
 use crate::gpu::Gpu;
 use crate::{Error, Result};
 
+/// A solution, whole or on the way.
+pub(super) struct Solution {
+    pub job: Job,
+    pub inputs: GridInputs,
+}
+
 /// The grid of one renderer.
 #[derive(Default)]
 pub struct LightGrid {
-    pub(super) job: Option<Job>,
-    made: Option<GridInputs>,
+    shown: Option<Solution>,
+    /// The next one, and how many of its steps are made.
+    next: Option<(Solution, u32)>,
+    /// Buffers of one that nobody needs any more.
+    spare: Option<Job>,
     seen_from: Option<[f32; 3]>,
+    /// Work that was handed out and not heard of since.
+    open: bool,
 }
 
 /// What of the grid a frame has to make.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct GridWork {
-    /// The light itself.
-    pub solve: bool,
+    /// Steps of a solution: the matter, then turns.
+    pub steps: Range<u32>,
+    /// They are the last ones of the solution that this frame shows: its light changes.
+    pub solved: bool,
     /// What the eye sees of it.
     pub field: bool,
+    /// Steps made so far, with those of this frame, and steps in all, of the solution on the way; 0
+    /// where there is none.
+    pub progress: [u32; 2],
+}
+
+/// A scene's grid at a time, and how it is to be made.
+pub struct GridOrder<'a> {
+    /// What the light depends on.
+    pub inputs: &'a GridInputs,
+    /// Room for particles.
+    pub size: GridSize,
+    /// Steps a frame; 0: all.
+    pub slice: u32,
+    /// s.
+    pub time: f64,
+    /// m.
+    pub eye: DVec3,
 }
 
 impl LightGrid {
-    /// Makes the buffers fit and says what has changed since they were filled. `shift` is the anchor
-    /// relative to the camera, m.
+    /// Decides what is shown and what has to be made for it. The work must be recorded in this frame,
+    /// and `done` told of it. Returns it with the anchor of what is shown relative to the eye, m.
     pub fn prepare(
         &mut self,
         gpu: &Gpu,
         passes: &Passes,
-        size: GridSize,
-        inputs: &GridInputs,
-        shift: DVec3,
-    ) -> GridWork {
-        let fits = self.job.as_ref().is_some_and(|j| {
-            j.sizes == inputs.levels.sizes() && j.grid_size == size && j.turns == inputs.turns
-        });
-        if !fits {
-            gpu.begin_part("light grid");
-            self.job = Some(Job::new(gpu, passes, &passes.light_grid, size, inputs));
-            self.made = None;
+        order: &GridOrder<'_>,
+    ) -> (GridWork, DVec3) {
+        if std::mem::replace(&mut self.open, true) {
+            // Its buffers hold nobody knows what.
+            *self = Self { open: true, ..Self::default() };
         }
-        let eye = (-shift).as_vec3().to_array();
-        let solve = self.made.as_ref() != Some(inputs);
-        GridWork { solve, field: solve || self.seen_from != Some(eye) }
+        let inputs = order.inputs;
+        let mut work = GridWork::default();
+        let serves = |s: &Solution| s.inputs.is_near(inputs);
+        let sliced = order.slice > 0 && self.shown.as_ref().is_some_and(serves);
+        if self.shown.as_ref().is_some_and(|s| s.inputs == *inputs) {
+            self.drop_next();
+        } else if !sliced {
+            self.drop_next();
+            let old = self.shown.take().map(|s| s.job);
+            let job = self.job(gpu, passes, order, old);
+            self.shown = Some(Solution { job, inputs: inputs.clone() });
+            work.steps = 0..inputs.steps();
+            work.solved = true;
+        } else {
+            let goes_on = |(next, _): &(Solution, u32)| {
+                next.inputs.is_near(inputs)
+                    && next.inputs.has_sun_near(inputs)
+                    && next.job.fits(inputs, order.size)
+            };
+            if !self.next.as_ref().is_some_and(goes_on) {
+                self.drop_next();
+                let job = self.job(gpu, passes, order, None);
+                self.next = Some((Solution { job, inputs: inputs.clone() }, 0));
+            }
+            if let Some((next, done)) = self.next.take() {
+                let all = next.inputs.steps();
+                work.steps = done..all.min(done.saturating_add(order.slice));
+                work.progress = [work.steps.end, all];
+                if work.steps.end == all {
+                    work.solved = true;
+                    self.spare = self.shown.replace(next).map(|s| s.job);
+                } else {
+                    self.next = Some((next, work.steps.end));
+                }
+            }
+        }
+        let shown = self.shown.as_ref().map_or(inputs, |s| &s.inputs);
+        let shift = shown.anchor_at(order.time) - order.eye;
+        work.field = work.solved || self.seen_from != Some(eye_of(shift));
+        (work, shift)
     }
 
-    /// Notes what has been made.
-    pub fn done(&mut self, inputs: &GridInputs, shift: DVec3) {
-        self.made = Some(inputs.clone());
-        self.seen_from = Some((-shift).as_vec3().to_array());
+    fn drop_next(&mut self) {
+        if let Some((next, _)) = self.next.take() {
+            self.spare = Some(next.job);
+        }
+    }
+
+    /// Buffers that fit: old ones where they do.
+    fn job(&mut self, gpu: &Gpu, passes: &Passes, order: &GridOrder<'_>, old: Option<Job>) -> Job {
+        let old = old.or_else(|| self.spare.take());
+        old.filter(|j| j.fits(order.inputs, order.size)).unwrap_or_else(|| {
+            gpu.begin_part("light grid");
+            Job::new(gpu, passes, &passes.light_grid, order.size, order.inputs)
+        })
+    }
+
+    /// Notes that the work of `prepare` is recorded. `shift`: what it returned.
+    pub fn done(&mut self, shift: DVec3) {
+        self.open = false;
+        self.seen_from = Some(eye_of(shift));
+    }
+
+    /// What is shown.
+    pub(super) fn shown(&self) -> Option<&Solution> {
+        self.shown.as_ref()
+    }
+
+    /// What steps are made of: the solution on the way, or the one that becomes whole by them.
+    pub(super) fn making(&self, work: &GridWork) -> Option<&Solution> {
+        if work.solved { self.shown.as_ref() } else { self.next.as_ref().map(|(next, _)| next) }
     }
 
     /// Bind group 3 of passes that read the field.
     pub fn bind_group(&self) -> Option<&wgpu::BindGroup> {
-        self.job.as_ref().map(|j| &j.read)
+        self.shown.as_ref().map(|s| &s.job.read)
     }
 
-    /// `ParticleCount` of the grid's own particles.
+    /// `ParticleCount` of the grid's own particles: of those that were made last.
     pub fn particle_count(&self) -> Option<&wgpu::Buffer> {
-        self.job.as_ref().map(|j| &j.count)
+        let next = self.next.as_ref().map(|(next, _)| next);
+        next.or(self.shown.as_ref()).map(|s| &s.job.count)
     }
 
     /// What the last eye sees of it, read back.
     pub fn seen(&self, gpu: &Gpu) -> Result<FieldSeen> {
-        let (Some(job), Some(made), Some(eye)) = (&self.job, &self.made, self.seen_from) else {
+        let (Some(Solution { job, inputs }), Some(eye)) = (&self.shown, self.seen_from) else {
             return Err(Error::Gpu("the light grid was not made".to_owned()));
         };
         let lights = gpu.read_buffer::<u32>(&job.lights, job.lights.size() as usize / 4)?;
         let sun = gpu.read_buffer::<f32>(&job.sun, job.cells as usize)?;
         let extinction = gpu.read_buffer::<f32>(&job.extinction, job.cells as usize)?;
         let light =
-            GridLight::from_device(&made.uniforms, &lights, job.light_words, &sun, &extinction);
+            GridLight::from_device(&inputs.uniforms, &lights, job.light_words, &sun, &extinction);
         Ok(light.seen_from(DVec3::from_array(eye.map(f64::from))))
     }
 
     /// Device memory, bytes.
     pub fn bytes(&self) -> u64 {
-        self.job.as_ref().map_or(0, |j| j.bytes)
+        let next = self.next.as_ref().map(|(next, _)| &next.job);
+        let shown = self.shown.as_ref().map(|s| &s.job);
+        [shown, next, self.spare.as_ref()].into_iter().flatten().map(|job| job.bytes).sum()
     }
+}
+
+/// The eye relative to the anchor, m.
+fn eye_of(shift: DVec3) -> [f32; 3] {
+    (-shift).as_vec3().to_array()
 }

@@ -26,6 +26,8 @@ pub struct GridSettings {
     pub fineness: f64,
     /// Turns of scattering and sweeping, at least 1: coarsest level, each finer level.
     pub turns: [u32; 2],
+    /// Steps of a solution that a frame makes, 0 for all: the matter is one, then every turn.
+    pub slice: u32,
 }
 
 /// Radius of the even ball with the same second moment as each shape's density, in its radii.
@@ -80,11 +82,27 @@ pub struct GridInputs {
     pub listed: Vec<Particle>,
     /// Turns of scattering and sweeping.
     pub turns: [u32; 2],
+    /// m, the anchor at time 0; it drifts with the field.
+    start: DVec3,
+    /// m/s.
+    wind: DVec3,
+    /// s, the time of the particles.
+    epoch: f64,
+    /// s, from one epoch to the next.
+    epoch_length: f64,
 }
 
+/// Epochs after which a solution is too old to be shown until the next is whole: a third of the
+/// turnover of a field's smallest features.
+const OLDEST_EPOCHS: f64 = 8.0;
+/// Steps of the anchor by which such a solution may lie beside: it then reaches a third of the
+/// innermost ring beyond the eye.
+const FARTHEST_STEPS: f64 = 2.0;
+/// Cosine of the angle by which the sun may turn while a solution is made for it: 5 degrees.
+const SUN_JUMP: f32 = 0.996_194_7;
+
 impl GridInputs {
-    /// Of a scene at a time (s), with the anchor relative to the camera (m) now; none where there is
-    /// no particle. Extinctions are scaled by `truncation`.
+    /// Of a scene at a time (s); none where there is no particle. Extinctions are scaled by `truncation`.
     pub fn new(
         scene: &Scene,
         shapes: &Shapes,
@@ -92,26 +110,25 @@ impl GridInputs {
         settings: &GridSettings,
         time: f64,
         capacity: u32,
-    ) -> Result<Option<(Self, DVec3)>> {
+    ) -> Result<Option<Self>> {
         let camera = scene.camera.position;
+        let epoch_length =
+            scene.clouds.as_ref().map_or(0.0, |f| f.evolution_time / STEPS_PER_TURNOVER);
         let scale = truncation.scale(scene.medium.albedo);
-        let (levels, epoch, now) = match &scene.clouds {
+        let (levels, epoch, start, wind) = match &scene.clouds {
             Some(field) => {
-                let length = field.evolution_time / STEPS_PER_TURNOVER;
-                let epoch = (time / length).floor() * length;
+                let epoch = (time / epoch_length).floor() * epoch_length;
                 let step = ANCHOR_CELLS * field.cell_size;
                 let drifted = ((camera - field.wind * time) / step).round() * step;
                 // Altitudes are those of the ground: the field may only drift sideways here.
-                let anchor = |t: f64| {
-                    let at = drifted + field.wind * t;
-                    DVec3::new(at.x, field.wind.y * t, at.z)
-                };
-                (of_field(field, anchor(epoch), settings.fineness), epoch, anchor(time))
+                let start = DVec3::new(drifted.x, 0.0, drifted.z);
+                let anchor = start + field.wind * epoch;
+                (of_field(field, anchor, settings.fineness), epoch, start, field.wind)
             }
             None => match of_list(&scene.particles, settings.fineness) {
                 Some(levels) => {
                     let anchor = levels.anchor;
-                    (levels, 0.0, anchor)
+                    (levels, 0.0, anchor, DVec3::ZERO)
                 }
                 None => return Ok(None),
             },
@@ -147,8 +164,39 @@ impl GridInputs {
         for (slot, level) in uniforms.level.iter_mut().zip(&levels.levels).take(GRID_LEVELS) {
             *slot = *level;
         }
-        let inputs = Self { levels, uniforms, clouds, listed, turns: settings.turns };
-        Ok(Some((inputs, now - camera)))
+        let turns = settings.turns;
+        Ok(Some(Self { levels, uniforms, clouds, listed, turns, start, wind, epoch, epoch_length }))
+    }
+
+    /// Where the anchor is at a time (s), m.
+    pub fn anchor_at(&self, time: f64) -> DVec3 {
+        self.start + self.wind * time
+    }
+
+    /// Steps of a solution: the matter, and the turns of all levels.
+    pub fn steps(&self) -> u32 {
+        1 + (0..self.levels.levels.len()).map(|level| self.turns_of(level)).sum::<u32>()
+    }
+
+    /// Whether a solution of these inputs may stand for that of others for a while: the same cells
+    /// over nearly the same matter.
+    pub fn is_near(&self, other: &Self) -> bool {
+        let length = |i: &Self| i.clouds.map_or(0.0, |c| f64::from(c.ring[0].cell_size));
+        let beside = (self.start - other.start).abs().max_element();
+        self.levels.levels == other.levels.levels
+            && self.listed == other.listed
+            && self.clouds.is_some() == other.clouds.is_some()
+            && length(self) == length(other)
+            && self.wind == other.wind
+            && beside <= FARTHEST_STEPS * ANCHOR_CELLS * length(self)
+            && (self.epoch - other.epoch).abs()
+                <= OLDEST_EPOCHS * self.epoch_length.max(other.epoch_length)
+    }
+
+    /// Whether their suns are nearly the same.
+    pub fn has_sun_near(&self, other: &Self) -> bool {
+        let [a, b] = [self, other].map(|i| glam::Vec4::from(i.uniforms.sun));
+        a.dot(b) >= SUN_JUMP
     }
 
     /// Turns of a level.

@@ -30,6 +30,7 @@ pub(super) struct Job {
     pub cells: u32,
     pub grid_size: GridSize,
     pub turns: [u32; 2],
+    pub least_eigenvalue: f64,
     pub uniforms: wgpu::Buffer,
     pub eye: wgpu::Buffer,
     pub particles: wgpu::Buffer,
@@ -49,6 +50,14 @@ pub(super) struct Job {
 }
 
 impl Job {
+    /// Whether a solution of these inputs can be made in it.
+    pub fn fits(&self, inputs: &GridInputs, size: GridSize) -> bool {
+        self.sizes == inputs.levels.sizes()
+            && self.grid_size == size
+            && self.turns == inputs.turns
+            && self.least_eigenvalue == least_eigenvalue(&inputs.uniforms)
+    }
+
     pub fn new(
         gpu: &Gpu,
         passes: &Passes,
@@ -150,6 +159,7 @@ impl Job {
             cells,
             grid_size,
             turns: inputs.turns,
+            least_eigenvalue: least_eigenvalue(&inputs.uniforms),
             uniforms,
             eye,
             particles,

@@ -10,7 +10,7 @@ mod levels;
 mod pass;
 mod relaxation;
 
-pub use grid::{GridWork, LightGrid};
+pub use grid::{GridOrder, GridWork, LightGrid};
 pub use inputs::{GridInputs, GridSettings, Spreads, scale_field, scale_particles};
 pub use job::GridSize;
 pub use levels::{Levels, of_field, of_list};

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::grid::LightGrid;
-use super::inputs::{GridInputs, Spreads};
+use super::grid::{GridWork, LightGrid, Solution};
+use super::inputs::Spreads;
 use crate::Result;
 use crate::frame::gpu_data::GridEye;
 use crate::frame::passes::Passes;
@@ -128,16 +128,57 @@ impl LightGridPass {
         })
     }
 
-    /// Records the making of the grid's light.
+    /// Records steps of the making of the grid's light.
     pub fn encode_solve(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         passes: &Passes,
         grid: &LightGrid,
-        inputs: &GridInputs,
+        work: &GridWork,
     ) {
-        let Some(job) = &grid.job else { return };
+        let Some(solution) = grid.making(work) else { return };
+        if work.steps.start == 0 {
+            self.encode_matter(gpu, encoder, passes, solution);
+        }
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("light grid"),
+            timestamp_writes: None,
+        });
+        let pass = &mut pass;
+        let Solution { job, inputs } = solution;
+        let levels = inputs.levels.levels.iter().zip(&job.stages).rev();
+        let turns =
+            levels.flat_map(|(level, stages)| stages.iter().enumerate().map(move |s| (level, s)));
+        for (level, (turn, stage)) in
+            (1..).zip(turns).filter(|(step, _)| work.steps.contains(step)).map(|t| t.1)
+        {
+            let groups = level.size[..3].iter().product::<u32>().div_ceil(WORKGROUP);
+            // A direction moves no farther across a level than along it.
+            let longest = level.size[..3].iter().max().copied().unwrap_or(0);
+            let planes = (2 * longest).div_ceil(SWEEP_PLANES);
+            let mut dispatch = |entry, x, y| {
+                pass.set_pipeline(self.solve.pipeline(entry));
+                pass.set_bind_group(0, stage, &[]);
+                pass.dispatch_workgroups(x, y, 1);
+            };
+            if turn == 0 {
+                dispatch("begin", groups, DIRECTIONS);
+                dispatch("sunlight", 1, 1);
+            }
+            dispatch("scatter", groups, 1);
+            dispatch("sweep", planes, DIRECTIONS);
+        }
+    }
+
+    /// Records the first step: particles, and what they fill the cells with.
+    fn encode_matter(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        passes: &Passes,
+        Solution { job, inputs }: &Solution,
+    ) {
         gpu.queue.write_buffer(&job.uniforms, 0, bytemuck::bytes_of(&inputs.uniforms));
         gpu.queue.write_buffer(&job.particles, 0, bytemuck::cast_slice(&inputs.listed));
         let listed = inputs.listed.len() as u32;
@@ -159,25 +200,6 @@ impl LightGridPass {
         pass.dispatch_workgroups(most.div_ceil(WORKGROUP), 1, 1);
         pass.set_pipeline(self.matter.pipeline("density"));
         pass.dispatch_workgroups(job.cells.div_ceil(WORKGROUP), 1, 1);
-        for (level, stages) in inputs.levels.levels.iter().zip(&job.stages).rev() {
-            let groups = level.size[..3].iter().product::<u32>().div_ceil(WORKGROUP);
-            // A direction moves no farther across a level than along it.
-            let longest = level.size[..3].iter().max().copied().unwrap_or(0);
-            let planes = (2 * longest).div_ceil(SWEEP_PLANES);
-            for (turn, stage) in stages.iter().enumerate() {
-                let mut dispatch = |entry, x, y| {
-                    pass.set_pipeline(self.solve.pipeline(entry));
-                    pass.set_bind_group(0, stage, &[]);
-                    pass.dispatch_workgroups(x, y, 1);
-                };
-                if turn == 0 {
-                    dispatch("begin", groups, DIRECTIONS);
-                    dispatch("sunlight", 1, 1);
-                }
-                dispatch("scatter", groups, 1);
-                dispatch("sweep", planes, DIRECTIONS);
-            }
-        }
     }
 
     /// Records what the eye sees of it.
@@ -186,10 +208,9 @@ impl LightGridPass {
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         grid: &LightGrid,
-        inputs: &GridInputs,
         shift: DVec3,
     ) {
-        let Some(job) = &grid.job else { return };
+        let Some(Solution { job, inputs }) = grid.shown() else { return };
         let [x, y, z] = (-shift).as_vec3().to_array();
         let eye = GridEye { position: [x, y, z, 0.0] };
         gpu.queue.write_buffer(&job.eye, 0, bytemuck::bytes_of(&eye));

@@ -27,6 +27,17 @@ impl Renderer {
         self.grid.seen(&self.gpu)
     }
 
+    /// Lengths of the lists of the last frame's tiles on screen, row by row; read back.
+    pub fn tile_entries(&self) -> Result<Vec<u32>> {
+        let Some(resources) = &self.resources else {
+            return Err(Error::Gpu("no frame was made".to_owned()));
+        };
+        let lists = &resources.screen.lists;
+        let ends = lists.tile_total_index() as usize + 1;
+        let offsets = self.gpu.read_buffer::<u32>(&lists.tile_offsets, ends)?;
+        Ok(offsets.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect())
+    }
+
     /// Opacity-weighted distance of the clouds in every pixel of the last frame (m), read back; 0
     /// where there are none.
     pub fn distance(&self) -> Result<Vec<f32>> {
@@ -45,7 +56,7 @@ impl Renderer {
             self.grid = LightGrid::default();
         }
         self.composer = composer;
-        self.last = None;
+        self.changes.forget();
     }
 
     /// Layouts of the bind groups that a composer is handed: tables, sky, light field.
@@ -59,9 +70,15 @@ impl Renderer {
         self.stats.set_timing(&self.gpu, wanted)
     }
 
+    /// Whether what can't be in view is made all the same from the next frame on: pictures must not
+    /// differ.
+    pub fn make_unseen(&mut self, wanted: bool) {
+        self.make_unseen = wanted;
+    }
+
     /// Takes nothing of the frames before over into the next: it is made as the first one is.
     pub fn forget(&mut self) {
-        self.last = None;
+        self.changes.forget();
         self.grid = LightGrid::default();
     }
 }

@@ -4,8 +4,10 @@ use glam::DVec3;
 
 use super::Renderer;
 use crate::Result;
+use crate::frame::changes::FrameKey;
+use crate::frame::in_view::InView;
 use crate::frame::light_grid::{scale_field, scale_particles};
-use crate::frame::plan::{FrameKey, Pass};
+use crate::frame::plan::Pass;
 use crate::frame::rings;
 use crate::frame::sky::{SkyInputs, SkyKind};
 use crate::frame::view::{self, Bounds};
@@ -19,6 +21,7 @@ impl Renderer {
         time: f64,
         size: [u32; 2],
         shift: DVec3,
+        in_view: InView,
     ) -> Result<FrameKey> {
         let camera = &scene.camera;
         let scale = self.truncation.scale(scene.medium.albedo);
@@ -29,10 +32,13 @@ impl Renderer {
         if let Some(clouds) = &mut clouds {
             scale_field(clouds, scale);
         }
-        let has_clouds = (clouds.is_some() || !listed.is_empty()) && self.omit != Some(Pass::Blend);
+        let any = clouds.is_some() || !listed.is_empty();
+        let has_clouds = any && in_view.clouds && self.omit != Some(Pass::Blend);
+        let has_shadows = any && in_view.ground;
+        // What a picture without clouds does not depend on shall not make it anew.
+        let capacity = if has_clouds || has_shadows { self.capacities.particles } else { 0 };
         let bounds = bounds(scene, time);
-        let samples = self.quality.light_samples;
-        let light = view::light_view(scene.sun.direction, &bounds, camera.position, samples);
+        let light = view::light_view(scene.sun.direction, &bounds, camera.position);
         Ok(FrameKey {
             frame: view::frame_uniforms(
                 scene,
@@ -41,8 +47,8 @@ impl Renderer {
                 &self.truncation,
                 shift,
                 &self.quality,
-                self.capacities.particles,
-                has_clouds,
+                capacity,
+                [has_clouds, has_shadows],
             ),
             clouds,
             listed,
@@ -54,6 +60,7 @@ impl Renderer {
                 scene.effective_ground().map(|_| 0.0),
                 self.quality.shadow_resolution,
             ),
+            in_view,
         })
     }
 }

@@ -4,10 +4,11 @@ use glam::DVec3;
 
 use super::Renderer;
 use crate::Result;
+use crate::frame::changes::{FrameKey, Product};
 use crate::frame::composer::ComposeInputs;
 use crate::frame::gpu_data::FrameUniforms;
-use crate::frame::light_grid::GridInputs;
-use crate::frame::plan::{FrameKey, FramePlan, Pass};
+use crate::frame::light_grid::GridWork;
+use crate::frame::plan::{FramePlan, Pass};
 use crate::frame::resources::Resources;
 use crate::frame::sky::SkyWork;
 
@@ -23,7 +24,8 @@ impl Renderer {
         plan: &FramePlan,
         key: &FrameKey,
         sky: SkyWork,
-        grid: Option<(&GridInputs, DVec3)>,
+        grid: &GridWork,
+        shift: DVec3,
     ) -> Result<()> {
         let gpu = &self.gpu;
         let passes = &self.passes;
@@ -34,10 +36,11 @@ impl Renderer {
         gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&frame));
         resources.write_view(gpu, &key.light);
         gpu.queue.write_buffer(&self.shadow.uniforms, 0, bytemuck::bytes_of(&key.shadow));
-        if self.last.as_ref().is_none_or(|l| l.listed != key.listed) {
+        let particles = plan.makes(Product::Particles);
+        if particles {
             gpu.queue.write_buffer(&resources.particles, 0, bytemuck::cast_slice(&key.listed));
         }
-        if key.clouds.is_none() {
+        if particles && key.clouds.is_none() {
             let count = key.listed.len() as u32;
             gpu.queue.write_buffer(
                 &resources.particle_count,
@@ -50,15 +53,17 @@ impl Renderer {
         let mut encoder = gpu
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        if plan.runs(Pass::Project) && plan.screen_order() {
+        let screen = plan.makes(Product::ScreenLists);
+        if plan.runs(Pass::Project) && screen {
             encoder.clear_buffer(&resources.visible, 0, None);
         }
         if plan.runs(Pass::Blend) {
             encoder.clear_buffer(&resources.blend_counts, 0, None);
         }
         let pictures: Vec<_> = [
-            plan.screen_order().then_some((&resources.screen, &passes.screen_project)),
-            plan.light_order().then_some((&resources.light.lists, &passes.light_project)),
+            screen.then_some((&resources.screen, &passes.screen_project)),
+            plan.makes(Product::LightLists)
+                .then_some((&resources.light.lists, &passes.light_project)),
         ]
         .into_iter()
         .flatten()
@@ -69,18 +74,13 @@ impl Renderer {
                     return self.sky.encode(encoder, sky);
                 }
                 if pass == Pass::LightGrid {
-                    if let Some((inputs, _)) = grid {
-                        passes.light_grid.encode_solve(gpu, encoder, passes, &self.grid, inputs);
-                    }
-                    return;
+                    return passes.light_grid.encode_solve(gpu, encoder, passes, &self.grid, grid);
                 }
                 let compute = &mut compute_pass(encoder, pass);
                 match pass {
                     Pass::Sky | Pass::LightGrid => {}
                     Pass::LightField => {
-                        if let Some((inputs, shift)) = grid {
-                            passes.light_grid.encode_field(gpu, compute, &self.grid, inputs, shift);
-                        }
+                        passes.light_grid.encode_field(gpu, compute, &self.grid, shift);
                     }
                     Pass::Rings => {
                         if let (Some(job), Some(clouds)) = (&resources.rings, &key.clouds) {
@@ -116,7 +116,8 @@ impl Renderer {
                         if let Some(field) = self.grid.bind_group() {
                             let groups = [tables, sky_bindings, field];
                             if let Some(composer) = &self.composer {
-                                let inputs = ComposeInputs { resources, phase: &self.phase };
+                                let inputs =
+                                    ComposeInputs { resources, shadow: &self.shadow, phase: &self.phase };
                                 composer.encode(gpu, compute, &inputs, groups);
                             } else {
                                 passes.blend.encode(compute, key.frame.size, bindings, groups);
@@ -139,7 +140,7 @@ impl Renderer {
                 }
             })?;
         }
-        let grid_count = self.grid.particle_count().filter(|_| grid.is_some());
+        let grid_count = self.grid.particle_count().filter(|_| plan.has_clouds());
         self.stats.gather(&mut encoder, resources, grid_count);
         gpu.queue.submit([encoder.finish()]);
         Ok(())

@@ -153,3 +153,27 @@ fn resetting_goes_back_to_the_start() {
     assert_eq!(fly.camera(), level().camera());
     assert!(!fly.is_moving());
 }
+
+#[test]
+fn put_elsewhere_it_shows_that_view_and_still_knows_the_way_home() {
+    let mut fly = level();
+    let elsewhere = Camera {
+        position: DVec3::new(1.0, 2.0, 3.0),
+        target: DVec3::new(1.5, 2.5, 9.0),
+        up: DVec3::new(0.2, 1.0, 0.0),
+        fov_x: 33.0,
+        aperture: 0.5,
+        ..Camera::default()
+    };
+    fly.set(&elsewhere);
+    assert_eq!(fly.camera(), elsewhere, "to the bit");
+    fly.look([1.0, 0.0], 0.1);
+    let (turned, lens) = (fly.camera(), (fly.camera().fov_x, fly.camera().aperture));
+    assert_eq!((turned.position, lens), (elsewhere.position, (33.0, 0.5)));
+    fly.reset();
+    assert_eq!(fly.camera(), level().camera());
+    fly.begin(&elsewhere);
+    fly.look([9.0, 9.0], 1.0);
+    fly.reset();
+    assert_eq!(fly.camera(), elsewhere);
+}

@@ -1,0 +1,154 @@
+//! What has changed since each product of a frame was made: every input has a number that grows when
+//! it changes, every product keeps the numbers that it was made from. So what was skipped for a while
+//! is made again when it is needed, and only then.
+
+use super::gpu_data::{CloudUniforms, FrameUniforms, LightView, Particle, ShadowUniforms};
+use super::in_view::InView;
+use super::light_grid::GridWork;
+
+/// Everything a frame's picture depends on, besides tables and settings.
+#[derive(Clone, PartialEq)]
+pub struct FrameKey {
+    /// Camera, size, exposure.
+    pub frame: FrameUniforms,
+    /// The cloud field at this time.
+    pub clouds: Option<CloudUniforms>,
+    /// The scene's own particles, relative to the camera.
+    pub listed: Vec<Particle>,
+    /// The sun's picture.
+    pub light: LightView,
+    /// Where the shadow maps lie.
+    pub shadow: ShadowUniforms,
+    /// What may be in the picture.
+    pub in_view: InView,
+}
+
+impl FrameKey {
+    /// Whether the scene has no particles.
+    pub fn is_empty(&self) -> bool {
+        self.clouds.is_none() && self.listed.is_empty()
+    }
+}
+
+/// What products are made from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// Field, listed particles.
+    Particles,
+    /// Camera, size, exposure.
+    Camera,
+    /// The sun's picture.
+    Sun,
+    /// Where the shadow maps lie.
+    ShadowMaps,
+    /// The sky's tables.
+    Sky,
+    /// The light grid's light.
+    Grid,
+    /// What the eye sees of it.
+    Field,
+}
+
+const INPUTS: usize = 7;
+
+/// What passes leave on the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Product {
+    /// The particle buffer.
+    Particles,
+    /// Order and lists from the eye.
+    ScreenLists,
+    /// Order and lists from the sun.
+    LightLists,
+    /// Light of the particles in view.
+    Light,
+    /// The deep shadow maps.
+    Shadow,
+    /// Clouds of every pixel.
+    Clouds,
+    /// The whole picture.
+    Picture,
+}
+
+impl Product {
+    /// All of them, in the order they are made.
+    pub const ALL: [Self; 7] = [
+        Self::Particles,
+        Self::ScreenLists,
+        Self::LightLists,
+        Self::Light,
+        Self::Shadow,
+        Self::Clouds,
+        Self::Picture,
+    ];
+
+    /// What it is made from, straight or by other products.
+    const fn inputs(self) -> &'static [Input] {
+        match self {
+            Self::Particles => &[Input::Particles],
+            Self::ScreenLists => &[Input::Particles, Input::Camera],
+            Self::LightLists => &[Input::Particles, Input::Sun],
+            Self::Light => &[Input::Particles, Input::Camera, Input::Sun, Input::Sky, Input::Grid],
+            // Only what the eye may see is made.
+            Self::Shadow => &[Input::Particles, Input::Camera, Input::Sun, Input::ShadowMaps],
+            Self::Clouds => &[
+                Input::Particles,
+                Input::Camera,
+                Input::Sun,
+                Input::Sky,
+                Input::Grid,
+                Input::ShadowMaps,
+                Input::Field,
+            ],
+            Self::Picture => &[Input::Camera, Input::Sky],
+        }
+    }
+}
+
+/// The numbers of inputs and products.
+#[derive(Clone, Default)]
+pub struct Changes {
+    last: Option<FrameKey>,
+    now: [u64; INPUTS],
+    made: [Option<[u64; INPUTS]>; Product::ALL.len()],
+}
+
+impl Changes {
+    /// Nothing on the device is of use.
+    pub fn forget(&mut self) {
+        self.made = Default::default();
+    }
+
+    /// Compares a frame's key with the last one's. `sky`: the sky's tables are made again in this
+    /// frame; `grid`: what of the light grid is.
+    pub fn observe(&mut self, key: &FrameKey, sky: bool, grid: &GridWork) {
+        let last = self.last.as_ref();
+        let differs = |of: &dyn Fn(&FrameKey) -> bool| last.is_none_or(of);
+        let changed = [
+            (Input::Particles, differs(&|l| l.clouds != key.clouds || l.listed != key.listed)),
+            (Input::Camera, differs(&|l| l.frame != key.frame)),
+            (Input::Sun, differs(&|l| l.light != key.light)),
+            (Input::ShadowMaps, differs(&|l| l.shadow != key.shadow)),
+            (Input::Sky, sky),
+            (Input::Grid, grid.solved),
+            (Input::Field, grid.field),
+        ];
+        for (input, changed) in changed {
+            self.now[input as usize] += u64::from(changed);
+        }
+        self.last = Some(key.clone());
+    }
+
+    /// Whether a product is not what it would be if it were made now; `but` one input.
+    pub fn is_stale(&self, product: Product, but: Option<Input>) -> bool {
+        self.made[product as usize].is_none_or(|made| {
+            let inputs = product.inputs().iter().filter(|i| Some(**i) != but);
+            inputs.into_iter().any(|i| made[*i as usize] != self.now[*i as usize])
+        })
+    }
+
+    /// Notes that a product has been made.
+    pub fn done(&mut self, product: Product) {
+        self.made[product as usize] = Some(self.now);
+    }
+}

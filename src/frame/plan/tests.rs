@@ -1,0 +1,116 @@
+use bytemuck::Zeroable;
+
+use super::*;
+use crate::frame::gpu_data::{CloudUniforms, FrameUniforms, LightView, ShadowUniforms};
+use crate::frame::in_view::InView;
+
+fn key() -> FrameKey {
+    FrameKey {
+        frame: FrameUniforms { has_ground: 1, ..FrameUniforms::zeroed() },
+        clouds: Some(CloudUniforms::zeroed()),
+        listed: Vec::new(),
+        light: LightView::zeroed(),
+        shadow: ShadowUniforms::zeroed(),
+        in_view: InView { clouds: true, ground: true },
+    }
+}
+
+/// Everything, a part, nothing of the light grid.
+const ALL: GridWork = GridWork { steps: 0..9, solved: true, field: true, progress: [0; 2] };
+const PART: GridWork = GridWork { steps: 3..5, solved: false, field: false, progress: [5, 9] };
+const NONE: GridWork = GridWork { steps: 0..0, solved: false, field: false, progress: [0; 2] };
+
+fn running(plan: &FramePlan) -> Vec<Pass> {
+    Pass::ALL.into_iter().filter(|p| plan.runs(*p)).collect()
+}
+
+/// Plans a frame and notes it as made.
+fn frame(changes: &mut Changes, now: &FrameKey, sky: bool, grid: GridWork) -> FramePlan {
+    changes.observe(now, sky, &grid);
+    let plan = FramePlan::new(changes, now, sky, &grid);
+    plan.made().iter().for_each(|product| changes.done(*product));
+    plan
+}
+
+fn after_a_frame() -> Changes {
+    let mut changes = Changes::default();
+    let plan = frame(&mut changes, &key(), true, ALL);
+    assert_eq!(running(&plan), Pass::ALL);
+    changes
+}
+
+#[test]
+fn paused_and_still_runs_nothing() {
+    let plan = frame(&mut after_a_frame(), &key(), false, NONE);
+    assert_eq!(running(&plan), []);
+    assert!(plan.decisions().iter().all(|d| !d.reason.is_empty()));
+}
+
+#[test]
+fn a_part_of_a_solution_changes_no_picture() {
+    let mut changes = after_a_frame();
+    assert_eq!(running(&frame(&mut changes, &key(), false, PART)), [Pass::LightGrid]);
+    let plan = frame(&mut changes, &key(), false, ALL);
+    assert!(plan.relit() && plan.runs(Pass::Blend) && !plan.runs(Pass::Shadow));
+}
+
+#[test]
+fn a_turned_camera_keeps_lists_and_light() {
+    let mut now = key();
+    now.frame.forward = [1.0, 0.0, 0.0, 0.0];
+    let plan = frame(&mut after_a_frame(), &now, false, NONE);
+    assert!(plan.makes(Product::ScreenLists) && !plan.makes(Product::LightLists) && !plan.relit());
+    for pass in [Pass::Sky, Pass::Rings, Pass::LightGrid, Pass::LightField] {
+        assert!(!plan.runs(pass), "{pass:?}");
+    }
+    assert!(plan.runs(Pass::Blend) && plan.runs(Pass::Resolve));
+}
+
+#[test]
+fn a_moved_sun_keeps_the_particles_and_the_screen_order() {
+    let mut now = key();
+    now.light.towards = [0.0, 1.0, 0.0, 0.0];
+    let plan = frame(&mut after_a_frame(), &now, true, ALL);
+    assert!(plan.makes(Product::LightLists) && !plan.makes(Product::ScreenLists) && plan.relit());
+    assert!(!plan.runs(Pass::Rings) && plan.runs(Pass::Light) && plan.runs(Pass::Shadow));
+}
+
+#[test]
+fn an_empty_sky_needs_sky_and_picture_only() {
+    let mut now = key();
+    now.clouds = None;
+    let plan = frame(&mut Changes::default(), &now, true, NONE);
+    assert_eq!(running(&plan), [Pass::Sky, Pass::Resolve, Pass::Tonemap]);
+}
+
+#[test]
+fn what_is_out_of_view_waits_until_it_is_seen() {
+    let mut changes = after_a_frame();
+    let mut now = key();
+    let moving = |now: &mut FrameKey| {
+        if let Some(clouds) = &mut now.clouds {
+            clouds.base += 1.0;
+        }
+    };
+    let shadows = [Pass::Rings, Pass::Project, Pass::Sort, Pass::TileLists, Pass::Shadow];
+    let picture = [Pass::Resolve, Pass::Tonemap];
+    now.frame.forward = [0.0, 1.0, 0.0, 0.0];
+    now.in_view = InView { clouds: false, ground: false };
+    moving(&mut now);
+    assert_eq!(running(&frame(&mut changes, &now, false, NONE)), picture);
+    // Nothing moves in an empty view.
+    moving(&mut now);
+    assert_eq!(running(&frame(&mut changes, &now, false, NONE)), []);
+    // Ground: the shadows of clouds that stay out of view.
+    now.in_view.ground = true;
+    moving(&mut now);
+    let plan = frame(&mut changes, &now, false, NONE);
+    assert_eq!(running(&plan), [&shadows[..], &picture].concat());
+    assert!(!plan.makes(Product::ScreenLists) && !plan.relit());
+    // Turned back without anything else: what was left out so far is made, and no more.
+    now.in_view.clouds = true;
+    let plan = frame(&mut changes, &now, false, ALL);
+    assert!(plan.makes(Product::ScreenLists) && !plan.makes(Product::Particles) && plan.relit());
+    assert!(!plan.makes(Product::LightLists) && !plan.runs(Pass::Shadow));
+    assert!(plan.runs(Pass::Light) && plan.runs(Pass::Blend) && plan.runs(Pass::LightGrid));
+}

@@ -1,0 +1,104 @@
+//! Sun, sky, ground and exposure.
+
+use egui::{ComboBox, Grid, Slider, Ui};
+
+use super::field;
+use crate::scene::{Ground, Scene, Sky, limits};
+use crate::window::session::Session;
+
+/// Radiance of a uniform sky that takes the atmosphere's place: about that of a clear one.
+const PLAIN_SKY: f64 = 0.05;
+
+/// Day and place of the sun.
+pub(super) fn sun(ui: &mut Ui, session: &mut Session) {
+    let mut day = session.day();
+    ui.add(Slider::new(&mut day.hour, 0.0..=24.0).suffix(" h").text("time of day"));
+    ui.collapsing("season and place", |ui| {
+        ui.add(Slider::new(&mut day.day, 1.0..=365.0).integer().text("day of the year"));
+        ui.add(Slider::new(&mut day.latitude, -90.0..=90.0).suffix("°").text("latitude"));
+    });
+    session.set_day(day);
+    let mut sun = session.sun();
+    ui.add(lenient(Slider::new(&mut sun.elevation, -10.0..=90.0).suffix("°").text("sun's height")));
+    ui.add(lenient(Slider::new(&mut sun.azimuth, 0.0..=360.0).suffix("°").text("sun's compass")));
+    session.set_sun(sun);
+    let start = session.start.sun.direction;
+    ui.horizontal(|ui| {
+        ui.label("back to the scene's sun");
+        let mut wanted = false;
+        field::back(ui, "the scene's", session.scene.sun.direction != start, || wanted = true);
+        if wanted {
+            session.restore_sun();
+        }
+    });
+}
+
+/// The rest.
+pub(super) fn sky(ui: &mut Ui, scene: &mut Scene, start: &Scene) {
+    Grid::new("sky").num_columns(3).show(ui, |ui| {
+        let (sun, of_file) = (&mut scene.sun, &start.sun);
+        let hint = "of the sun, at the top of the atmosphere; sets the unit of all radiances";
+        let range = &limits::IRRADIANCE;
+        field::number(ui, "irradiance", hint, range, &mut sun.irradiance, of_file.irradiance);
+        let (hint, range) = ("width of the sun's disc", &limits::ANGULAR_DIAMETER);
+        let value = &mut sun.angular_diameter;
+        field::number(ui, "sun's width", hint, range, value, of_file.angular_diameter);
+        kind(ui, &mut scene.sky, start.sky);
+        if let Sky::Uniform { radiance } = &mut scene.sky {
+            let start =
+                if let Sky::Uniform { radiance } = start.sky { radiance } else { PLAIN_SKY };
+            let hint = "from all directions, below the horizon too; irradiance/sr";
+            field::number(ui, "sky's radiance", hint, &limits::IRRADIANCE, radiance, start);
+        }
+        ground(ui, &mut scene.ground, start.ground);
+        let (hint, range) = ("each step doubles the brightness", &limits::EXPOSURE);
+        field::number(ui, "exposure", hint, range, &mut scene.exposure, start.exposure);
+    });
+}
+
+fn kind(ui: &mut Ui, sky: &mut Sky, start: Sky) {
+    ui.label("sky").on_hover_text("the Earth's clear air, or the same radiance from everywhere");
+    let plain =
+        if let Sky::Uniform { .. } = start { start } else { Sky::Uniform { radiance: PLAIN_SKY } };
+    let is_air = matches!(sky, Sky::Atmosphere);
+    let name = |air: bool| if air { "atmosphere" } else { "uniform" };
+    ComboBox::from_id_salt("sky").selected_text(name(is_air)).show_ui(ui, |ui| {
+        if ui.selectable_label(is_air, name(true)).clicked() {
+            *sky = Sky::Atmosphere;
+        }
+        if ui.selectable_label(!is_air, name(false)).clicked() && is_air {
+            *sky = plain;
+        }
+    });
+    field::back(ui, name(start == Sky::Atmosphere), *sky != start, || *sky = start);
+    ui.end_row();
+}
+
+fn ground(ui: &mut Ui, ground: &mut Option<Ground>, start: Option<Ground>) {
+    let mut is_own = ground.is_some();
+    ui.label("ground")
+        .on_hover_text("unchecked: grass under an atmosphere, and none under a uniform sky");
+    ui.checkbox(&mut is_own, "of the scene's own");
+    if is_own != ground.is_some() {
+        *ground = is_own.then(|| start.unwrap_or_default());
+    }
+    field::back(ui, "the scene's", *ground != start, || *ground = start);
+    ui.end_row();
+    if let Some(ground) = ground {
+        let start = start.unwrap_or_default();
+        let hint = "reflected share: red, green, blue";
+        field::vector(
+            ui,
+            "ground's albedo",
+            hint,
+            &limits::ALBEDO,
+            &mut ground.albedo,
+            start.albedo,
+        );
+    }
+}
+
+/// Values of a file beyond the slider's range stay as they are until they are touched.
+pub(super) fn lenient(slider: Slider<'_>) -> Slider<'_> {
+    slider.clamping(egui::SliderClamping::Edits)
+}

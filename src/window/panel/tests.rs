@@ -1,0 +1,119 @@
+use super::*;
+use crate::frame::{Counters, PassTime};
+use crate::scene::{CloudField, ParticleSpec, Scene};
+
+fn report() -> Report {
+    let pass = |name: &str, ran, milliseconds| PassTime {
+        name: name.to_owned(),
+        milliseconds,
+        ran,
+        reason: "a reason".to_owned(),
+    };
+    Report {
+        adapter: "an adapter".to_owned(),
+        software: true,
+        size: [640, 360],
+        interval: 0.1,
+        stats: FrameStats {
+            unfinished: false,
+            passes: vec![pass("sky", false, None), pass("blend", true, Some(1.25))],
+            counters: Counters { particles_generated: 4321, ..Counters::default() },
+        },
+        message: "a message".to_owned(),
+        mistake: Some("line 3: a mistake".to_owned()),
+        shapes: vec!["uniform".to_owned(), "soft-1".to_owned()],
+        ..Report::default()
+    }
+}
+
+/// Shows the panel a few times, as its layout takes more than one frame to settle, with the
+/// events of the last one; returns all text that is painted.
+fn shown(session: &mut Session, events: Vec<Vec<egui::Event>>) -> String {
+    let ctx = egui::Context::default();
+    let mut text = String::new();
+    for events in [vec![Vec::new(); 3], events].concat() {
+        let size = egui::vec2(1280.0, 9000.0);
+        let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size));
+        let input = egui::RawInput { screen_rect, events, ..Default::default() };
+        let output = ctx.run_ui(input, |ui| show(ui.ctx(), session, &report()));
+        text.clear();
+        for clipped in &output.shapes {
+            if let egui::Shape::Text(shape) = &clipped.shape {
+                text.push_str(shape.galley.text());
+                text.push('\n');
+            }
+        }
+        output.drop_without_applying_deltas();
+    }
+    text
+}
+
+fn session() -> Session {
+    let clouds = Some(CloudField { coverage: 0.333_333, ..CloudField::default() });
+    let mut session = Session::new(Scene { clouds, ..Scene::default() }, 1234.567);
+    // Values that sliders would round or pull into their range.
+    session.scene.exposure = 20.5;
+    session.clock.pace = 0.012_345;
+    session.resolution.scale = 0.123_45;
+    session.resolution.rate = 12.345;
+    session.resolution.automatic = false;
+    session.unfold = true;
+    session.compare.wanted = true;
+    session.clock.running = false;
+    session.scene.particles.push(ParticleSpec {
+        centre: glam::DVec3::new(1.234_567_891_2, -2e9, 3e-7),
+        radius: 1e-3,
+        extinction: 123_456.789,
+        shape: "soft-1".to_owned(),
+        orientation: glam::DQuat::from_xyzw(0.1, 0.7, -0.7, 0.1).normalize(),
+    });
+    session.start = session.scene.clone();
+    session
+}
+
+#[test]
+fn showing_it_changes_nothing() {
+    let mut shown_session = session();
+    let text = shown(&mut shown_session, Vec::new());
+    assert_eq!(shown_session.seen(), session().seen());
+    assert_eq!(shown_session.clock, session().clock);
+    assert_eq!(shown_session.settings, session().settings);
+    assert_eq!(shown_session.resolution, session().resolution);
+    assert_eq!(shown_session.fly, session().fly);
+    assert_eq!(shown_session.wishes, []);
+    for part in [
+        "a message",
+        "software driver: an adapter",
+        "10.0 pictures/s, 640 x 360",
+        "blend",
+        "1.25 ms",
+        "skipped",
+        "a reason",
+        // One of each section.
+        "Save scene",
+        "time of day",
+        "irradiance",
+        "feature size",
+        "diameter",
+        "turn",
+        "shutter",
+        "pace",
+        "Fly along",
+        "preset",
+        "sunlight at particles",
+        "0 paths a pixel",
+        "fly along the camera path",
+        "4321, 0 in view",
+        "line 3: a mistake",
+    ] {
+        assert!(text.contains(part), "{text} lacks {part}");
+    }
+}
+
+#[test]
+fn without_a_field_there_is_no_coverage() {
+    let mut session = session();
+    assert!(shown(&mut session, Vec::new()).contains("feature size"));
+    session.scene.clouds = None;
+    assert!(!shown(&mut session, Vec::new()).contains("feature size"));
+}

@@ -1,0 +1,94 @@
+//! The light grid's solution in slices: the last whole one is shown until the next is whole.
+
+use cumuli::frame::{Picture, Preset, Quality, RenderSettings, Renderer};
+use cumuli::scene::{CloudField, Scene};
+use glam::DVec3;
+
+use crate::{alone, renderer};
+
+const SIZE: [u32; 2] = [64, 40];
+/// Steps a frame; no divisor of the number of steps.
+const SLICE: u32 = 4;
+
+fn cumulus() -> Scene {
+    let clouds = CloudField { cells: 40, rings: 3, coverage: 0.5, ..CloudField::default() };
+    Scene { clouds: Some(clouds), ..Scene::default() }
+}
+
+fn sliced(scene: &Scene) -> Renderer {
+    let quality = Preset::Low.quality();
+    let grid = cumuli::frame::light_grid::GridSettings { slice: SLICE, ..quality.grid };
+    let quality = Some(Quality { grid, ..quality });
+    renderer(scene, &RenderSettings { quality, ..Default::default() })
+}
+
+fn whole(scene: &Scene, time: f64) -> Picture {
+    let settings = RenderSettings { preset: Preset::Low, ..Default::default() };
+    renderer(scene, &settings).render(scene, time, SIZE).expect("a frame")
+}
+
+fn bits(picture: &Picture) -> Vec<u32> {
+    picture.radiance.iter().flatten().map(|value| value.to_bits()).collect()
+}
+
+#[test]
+fn a_sliced_solution_is_the_whole_one_once_it_is_whole() {
+    let _turn = alone();
+    let scene = cumulus();
+    let mut lasting = sliced(&scene);
+    let mut frame = |scene: &Scene, time| lasting.render(scene, time, SIZE).expect("a frame");
+    let first = frame(&scene, 0.0);
+    assert!(bits(&first) == bits(&whole(&scene, 0.0)), "the first frame waits for its light");
+    assert_eq!(first.stats.counters.grid_steps, [0; 2]);
+
+    // Within the same epoch (3.5 s) nothing is to be solved, after it a slice a frame.
+    assert_eq!(frame(&scene, 1.0).stats.counters.grid_steps, [0; 2]);
+    let later = whole(&scene, 20.0);
+    let mut steps = 0;
+    loop {
+        let picture = frame(&scene, 20.0);
+        let [done, all] = picture.stats.counters.grid_steps;
+        steps = u64::from(SLICE).min(all - steps) + steps;
+        assert_eq!(done, steps, "of {all}");
+        // Turns of three levels in preset low, and the matter.
+        assert_eq!(all, 9 + 5 + 5 + 1);
+        assert_eq!(bits(&picture) == bits(&later), done == all, "{done} of {all}");
+        assert_eq!(picture.stats.unfinished, done < all);
+        if done == all {
+            break;
+        }
+    }
+    let still = frame(&scene, 20.0);
+    assert!(still.stats.passes.iter().all(|p| !p.ran) && bits(&still) == bits(&later));
+}
+
+#[test]
+fn a_jump_starts_again_and_what_no_solution_serves_is_waited_for() {
+    let _turn = alone();
+    let scene = cumulus();
+    let mut lasting = sliced(&scene);
+    let mut steps = |scene: &Scene, time| {
+        let picture = lasting.render(scene, time, SIZE).expect("a frame");
+        (picture.stats.counters.grid_steps[0], picture)
+    };
+    let slice = u64::from(SLICE);
+    assert_eq!(steps(&scene, 0.0).0, 0);
+    assert_eq!(steps(&scene, 4.0).0, slice);
+    // The next epoch does not interrupt the solution on the way, nor does a slowly moving sun.
+    assert_eq!(steps(&scene, 8.0).0, 2 * slice);
+    let mut evening = scene.clone();
+    evening.sun.direction = (scene.sun.direction + DVec3::new(0.02, 0.0, 0.0)).normalize();
+    assert_eq!(steps(&evening, 8.0).0, 3 * slice);
+    evening.sun.direction.x *= -1.0;
+    evening.sun.direction = (evening.sun.direction + DVec3::new(0.3, 0.0, 0.0)).normalize();
+    assert_eq!(steps(&evening, 8.0).0, slice, "the sun has jumped");
+    // Far away, and long after.
+    let mut away = evening.clone();
+    away.camera.position.x += 20_000.0;
+    away.camera.target.x += 20_000.0;
+    for (scene, time) in [(&away, 8.0), (&away, 200.0)] {
+        let (done, picture) = steps(scene, time);
+        assert_eq!(done, 0);
+        assert!(bits(&picture) == bits(&whole(scene, time)), "{time}");
+    }
+}

@@ -1,0 +1,160 @@
+//! The program, flying in a window that nobody sees.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use super::display::{Display, is_there};
+
+/// For whatever should happen soon, on the slowest machine.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// The program, flying.
+pub struct Flight {
+    dir: tempfile::TempDir,
+    pub display: Display,
+    child: Child,
+    pub window: String,
+    saved: u32,
+}
+
+impl Flight {
+    /// Starts it with a scene, and stops the time; none where this machine has no X server to try
+    /// it on.
+    pub fn start(scene: &str, size: &str) -> Option<Self> {
+        Self::start_at_scale(scene, size, "1")
+    }
+
+    /// The same on a display with so many pixels to a point.
+    pub fn start_at_scale(scene: &str, size: &str, scale: &str) -> Option<Self> {
+        if !is_there("Xvfb") || !is_there("xdotool") {
+            println!("skipped: Xvfb and xdotool are needed to try the window");
+            return None;
+        }
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        std::fs::write(dir.path().join("scene.toml"), scene).expect("written");
+        let display = Display::start(dir.path());
+        let log = std::fs::File::create(dir.path().join("log")).expect("a log");
+        let child = Command::new(env!("CARGO_BIN_EXE_cumuli"))
+            .args(["fly", "--scene", "scene.toml", "--size", size])
+            .current_dir(dir.path())
+            .env("DISPLAY", display.name())
+            .env("XDG_RUNTIME_DIR", dir.path())
+            .env("WINIT_X11_SCALE_FACTOR", scale)
+            .env("RUST_LOG", "cumuli=info")
+            .env_remove("WAYLAND_DISPLAY")
+            .stdin(Stdio::null())
+            .stderr(log)
+            .spawn()
+            .expect("the program starts");
+        let window = until("the window is there", || {
+            let found = display.tool(&["search", "--onlyvisible", "--name", "^Cumuli$"]);
+            found.lines().next().map(str::to_owned)
+        });
+        // Without a window manager nobody gives it the keyboard.
+        display.tool(&["windowfocus", "--sync", &window]);
+        let flight = Self { dir, display, child, window, saved: 0 };
+        flight.keys(&["space"]);
+        until("the first picture", || flight.log().contains("first picture").then_some(()));
+        Some(flight)
+    }
+
+    /// Presses keys, one after the other.
+    pub fn keys(&self, keys: &[&str]) {
+        self.display.tool(&[&["key"], keys].concat());
+    }
+
+    /// Drags the mouse from one place of the window to another.
+    pub fn drag(&self, from: [u32; 2], to: [u32; 2]) {
+        let to_text = |place: [u32; 2]| place.map(|v| v.to_string());
+        let ([x, y], [u, v]) = (to_text(from), to_text(to));
+        let pause = || std::thread::sleep(Duration::from_millis(300));
+        self.display.tool(&["mousemove", "--window", &self.window, &x, &y]);
+        pause();
+        self.display.tool(&["mousedown", "1"]);
+        pause();
+        self.display.tool(&["mousemove", "--window", &self.window, &u, &v]);
+        pause();
+        self.display.tool(&["mouseup", "1"]);
+        pause();
+    }
+
+    /// What the program has logged so far.
+    pub fn log(&self) -> String {
+        std::fs::read_to_string(self.path("log")).expect("a log")
+    }
+
+    /// A file in the folder that it runs in.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    /// Presses a key that saves a file, and waits for the file.
+    pub fn saved(&self, key: &str, name: &str) -> PathBuf {
+        self.keys(&[key]);
+        let path = self.path(name);
+        until(name, || path.exists().then_some(()));
+        path
+    }
+
+    /// Saves the view and reads it.
+    pub fn picture(&mut self) -> image::RgbImage {
+        self.saved += 1;
+        let path = self.saved("F12", &format!("cumuli-{:04}.png", self.saved));
+        image::open(path).expect("a whole PNG").into_rgb8()
+    }
+
+    /// Presses Escape; the exit code.
+    pub fn quit(mut self) -> Option<i32> {
+        self.keys(&["Escape"]);
+        until("the program ends", || self.child.try_wait().expect("a state")).code()
+    }
+
+    /// Whether it is still there.
+    pub fn is_alive(&mut self) -> bool {
+        self.child.try_wait().expect("a state").is_none()
+    }
+
+    /// The program without a window, in the same folder.
+    pub fn other(&self, arguments: &[&str]) {
+        let status = Command::new(env!("CARGO_BIN_EXE_cumuli"))
+            .args(arguments)
+            .current_dir(self.dir.path())
+            .env("XDG_RUNTIME_DIR", self.dir.path())
+            .stdout(Stdio::null())
+            .status()
+            .expect("the program starts");
+        assert_eq!(status.code(), Some(0), "{arguments:?}");
+    }
+
+    /// Keeps a picture of the screen for people, where `CUMULI_SCREENS` names a folder.
+    pub fn keep_screen(&self, name: &str, size: [u32; 2]) {
+        if let Some(folder) = std::env::var_os("CUMULI_SCREENS") {
+            let screen = self.display.screen(size);
+            screen.save(Path::new(&folder).join(name)).expect("saved");
+        }
+    }
+}
+
+impl Drop for Flight {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            println!("{}", self.log());
+        }
+        // After a test that failed; otherwise it has ended.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Waits until something is so.
+pub fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(Instant::now() < end, "in vain: {what}");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
