@@ -26,10 +26,10 @@ struct ShadowUniforms {
 // Optical depths of a texel's nodes, and from each to the next; before the first and beyond the last
 // it goes on as it was. The first is no less than a veil: a thin one far before a cloud would draw
 // the node away from where the light fades.
-const NODES_LOW = vec4<f32>(0.02, 0.25, 0.6, 1.1);
-const NODES_HIGH = vec3<f32>(1.8, 3.0, 5.0);
-const STEPS_LOW = vec4<f32>(0.23, 0.35, 0.5, 0.7);
-const STEPS_HIGH = vec3<f32>(1.2, 2.0, 2.0);
+const NODES_LOW = vec4<f32>(0.02, 0.15, 0.36, 0.6);
+const NODES_HIGH = vec3<f32>(1.0, 1.6, 2.6);
+const STEPS_LOW = vec4<f32>(0.13, 0.21, 0.24, 0.4);
+const STEPS_HIGH = vec3<f32>(0.6, 1.0, 1.0);
 // Least distance of two nodes in units of `reach`: half of what a texel can hold.
 const LEAST_GAP: f32 = 7.6e-6;
 // Depth beyond which there is no sun: least transmittance of f32 is not reached.

@@ -141,11 +141,11 @@ impl Composer for March {
             }
             MarchLight::Frame => {
                 bindings.push(resources.particle_lights.as_entire_binding());
+                bindings.push(inputs.shadow.uniforms.as_entire_binding());
+                bindings.push(inputs.shadow.texels.as_entire_binding());
                 &groups[..]
             }
         };
-        bindings.push(inputs.shadow.uniforms.as_entire_binding());
-        bindings.push(inputs.shadow.texels.as_entire_binding());
         pass.set_pipeline(self.kernel.pipeline("march"));
         pass.set_bind_group(0, &self.kernel.bind(gpu, &bindings), &[]);
         for (index, group) in (1..).zip(shared) {

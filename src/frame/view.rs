@@ -112,12 +112,13 @@ pub fn warped(place: DVec2, warp: f64) -> DVec2 {
     if warp <= 0.0 { place } else { (place / warp).map(f64::asinh) * warp }
 }
 
+/// The inverse of [`warped`].
+pub fn unwarped(place: DVec2, warp: f64) -> DVec2 {
+    if warp <= 0.0 { place } else { (place / warp).map(f64::sinh) * warp }
+}
+
 /// The picture of a box along the lines of a light.
-pub fn light_view(
-    towards: DVec3,
-    bounds: &Bounds,
-    camera: DVec3,
-) -> LightView {
+pub fn light_view(towards: DVec3, bounds: &Bounds, camera: DVec3) -> LightView {
     let [axis_u, axis_v] = picture_axes(towards);
     let warp = if bounds.around_camera { WARP_DETAILS * bounds.detail } else { 0.0 };
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);

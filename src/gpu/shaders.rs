@@ -53,8 +53,6 @@ impl ShaderLibrary {
                 | naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32,
         );
         for (path, source) in MODULES {
-            let over = over(path, source);
-            let source = over.as_str();
             let added = composer.add_composable_module(ComposableModuleDescriptor {
                 source,
                 file_path: path,
@@ -70,8 +68,6 @@ impl ShaderLibrary {
     /// Composes one shader into a validated naga module. `defs` are constants of the pipeline
     /// that the text names as `#{NAME}` or tests with `#ifdef`.
     pub fn compose(&self, path: &str, source: &str, defs: &[(&str, u32)]) -> Result<naga::Module> {
-        let over = over(path, source);
-        let source = over.as_str();
         let mut composer = self.composer.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let shader_defs: HashMap<String, ShaderDefValue> = defs
             .iter()
@@ -100,11 +96,4 @@ impl ShaderLibrary {
             source: wgpu::ShaderSource::Naga(Cow::Owned(module)),
         }))
     }
-}
-
-fn over(path: &str, source: &str) -> String {
-    std::env::var("CUMULI_SHADERS")
-        .ok()
-        .and_then(|d| std::fs::read_to_string(format!("{d}/{}", path.trim_start_matches("shaders/"))).ok())
-        .unwrap_or_else(|| source.to_owned())
 }

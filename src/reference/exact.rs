@@ -251,8 +251,8 @@ fn compose_piece(
             depths = [depths[1], sunk((begin + STEPS_TO_THE_SUN as f64 * step).min(to))];
         }
         let stretch = (steps as usize - (i - within)).min(STEPS_TO_THE_SUN) as f64;
-        let sun_depths = [within, within + 1]
-            .map(|s| depths[0] + (depths[1] - depths[0]) * s as f64 / stretch);
+        let sun_depths =
+            [within, within + 1].map(|s| depths[0] + (depths[1] - depths[0]) * s as f64 / stretch);
         let depth = -sum.transmittance.ln();
         let own = |chord: &Chord<'_>| {
             let at = GAUSS.map(|place| ray.at(begin + step * place));

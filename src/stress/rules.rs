@@ -118,7 +118,6 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("sky_air.sources", POSITIVE),
     ("sky_air.depths_over", POSITIVE),
     ("light_field.field", POSITIVE),
-    
     ("blend.radiance_out", COLOUR_AND_SHARE),
     ("blend.distance_out", POSITIVE),
     ("resolve.picture", COLOUR_AND_SHARE),

@@ -176,8 +176,7 @@ fn compose_block(ray: &RayLight<'_>, block: &Block, begin: f64, end: f64, sum: &
     let step = (end - begin) / BINS as f64;
     let depth = |bins: usize| (ray.sun_depth)((begin + step * bins as f64) * ray.dir);
     let depths = [depth(0), depth(BINS)];
-    let path =
-        ray.halo_share * (0.5 * (depths[0] + depths[1]) - sum.transmittance.max(DARK).ln());
+    let path = ray.halo_share * (0.5 * (depths[0] + depths[1]) - sum.transmittance.max(DARK).ln());
     let once = ray.first * ray.halo.factor(ray.half_sine, path);
     let (mut sunlight, mut above, mut below) = (0.0, 0.0, 0.0);
     for (i, bin) in block.bins.iter().enumerate().filter(|(_, bin)| bin.tau > 0.0) {

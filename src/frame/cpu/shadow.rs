@@ -8,7 +8,7 @@ use crate::tables::TableSet;
 use crate::tables::optical_depth::volume::copy_for;
 
 /// Optical depths of the nodes of a texel; as in the shader.
-pub const NODES: [f64; 7] = [0.02, 0.25, 0.6, 1.1, 1.8, 3.0, 5.0];
+pub const NODES: [f64; 7] = [0.02, 0.15, 0.36, 0.6, 1.0, 1.6, 2.6];
 /// Bins of a block.
 const BINS: usize = 8;
 /// Least step over the distance.
@@ -21,8 +21,8 @@ const LEAST_GAP: f64 = 7.6e-6;
 const DARKEST: f64 = 80.0;
 /// Texels at the border of a map that the next one shows.
 const BORDER: f64 = 1.5;
-/// Slope from which on texels belong to different things.
-const STEEPEST: f64 = 6.0;
+/// Depth of a texel beyond which it counts as no deeper.
+const MOST_DEPTH: f64 = 20.0;
 /// The largest number of 16 bits.
 const FULL: f64 = 65_535.0;
 
@@ -222,8 +222,7 @@ impl Maps<'_> {
     pub fn depth(&self, point: DVec3) -> f64 {
         let maps = self.uniforms;
         let place = DVec2::new(point.dot(axis(maps.axis_u)), point.dot(axis(maps.axis_v)));
-        let reach = f64::from(maps.reach);
-        let at = (-point.dot(axis(maps.towards)) - f64::from(maps.nearest)) / reach;
+        let at = (-point.dot(axis(maps.towards)) - f64::from(maps.nearest)) / f64::from(maps.reach);
         for map in 0..maps.maps as usize {
             let [x, y, side, _] = maps.corner[map].map(f64::from);
             let texel = (place - DVec2::new(x, y)) / side - 0.5;
@@ -234,30 +233,10 @@ impl Maps<'_> {
                 let [x, y] = [first.x as i64, first.y as i64];
                 let four = [[x, y], [x + 1, y], [x, y + 1], [x + 1, y + 1]];
                 let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
-                return spot_depth(
-                    four.map(|texel| self.nodes(map, texel)),
-                    weights,
-                    at,
-                    STEEPEST * side / reach,
-                );
+                let depth = |texel| self.nodes(map, texel).depth(at).min(MOST_DEPTH);
+                return four.map(depth).iter().zip(weights).map(|(d, w)| d * w).sum();
             }
         }
         0.0
     }
-}
-
-/// Optical depth at a place between four texels, which are one surface if their first nodes are
-/// within `steepest`.
-fn spot_depth(nodes: [Nodes; 4], weights: [f64; 4], at: f64, steepest: f64) -> f64 {
-    let nearest = nodes.iter().fold(f64::INFINITY, |a, n| a.min(n.at[0]));
-    let farthest = nodes.iter().fold(f64::NEG_INFINITY, |a, n| a.max(n.at[0]));
-    let mixed = |pick: &dyn Fn(&Nodes) -> f64| {
-        nodes.iter().zip(weights).map(|(n, w)| w * pick(n)).sum::<f64>()
-    };
-    if farthest - nearest <= steepest {
-        let at_node: [f64; 7] = std::array::from_fn(|i| mixed(&|n: &Nodes| n.at[i]));
-        let transmittance = mixed(&|n: &Nodes| n.transmittance);
-        return Nodes { at: at_node, transmittance }.depth(at);
-    }
-    -mixed(&|n: &Nodes| (-n.depth(at)).exp()).max((-DARKEST).exp()).ln()
 }

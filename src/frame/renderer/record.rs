@@ -116,8 +116,11 @@ impl Renderer {
                         if let Some(field) = self.grid.bind_group() {
                             let groups = [tables, sky_bindings, field];
                             if let Some(composer) = &self.composer {
-                                let inputs =
-                                    ComposeInputs { resources, shadow: &self.shadow, phase: &self.phase };
+                                let inputs = ComposeInputs {
+                                    resources,
+                                    shadow: &self.shadow,
+                                    phase: &self.phase,
+                                };
                                 composer.encode(gpu, compute, &inputs, groups);
                             } else {
                                 passes.blend.encode(compute, key.frame.size, bindings, groups);
