@@ -7,7 +7,7 @@
 #import cumuli::light_view::light_tile
 #import cumuli::optical_depth::{copy_for, densities, march_from}
 #import cumuli::quaternion::rotate
-#import cumuli::shadow_maps::{BORDER, NODES_HIGH, NODES_LOW, ShadowNodes, ShadowUniforms, pack_nodes}
+#import cumuli::shadow_maps::{BORDER, ENOUGH, NODES_HIGH, NODES_LOW, ShadowNodes, ShadowUniforms, pack_nodes}
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
 @group(0) @binding(1) var<uniform> view: LightView;
@@ -24,8 +24,6 @@ const LEAST_STEP: f32 = 1e-6;
 const LEAST_PART: f32 = 1e-6;
 // Optical depth of a bin below which it has none.
 const LEAST_TAU: f32 = 1e-20;
-// Optical depth at which the march ends: the last node and what tells how it goes on.
-const ENOUGH: f32 = 7.0;
 const LOWER = vec4<f32>(0.0, 1.0, 2.0, 3.0);
 const UPPER = vec4<f32>(4.0, 5.0, 6.0, 7.0);
 // Texels around one that a look-up at its border reads, and one for rounding.
@@ -115,6 +113,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
     var low_nodes = vec4(FAR);
     var high_nodes = vec3(FAR);
     var matter_begin = FAR;
+    var enough_at = FAR;
     var last = 0.0; // where matter ends
     let most = (end - low) * (2u * STEPS / u32(BINS) + 3u);
     for (var block = 0u; block < most; block++) {
@@ -188,6 +187,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
             matter_begin = select(matter_begin, front, depth <= 0.0 && next > 0.0);
             low_nodes = select(low_nodes, front + (NODES_LOW - depth) * thickness, (NODES_LOW >= vec4(depth)) & (NODES_LOW < vec4(next)));
             high_nodes = select(high_nodes, front + (NODES_HIGH - depth) * thickness, (NODES_HIGH >= vec3(depth)) & (NODES_HIGH < vec3(next)));
+            enough_at = select(enough_at, front + (ENOUGH - depth) * thickness, depth < ENOUGH && next >= ENOUGH);
             depth = next;
         }
         cursor = stop;
@@ -198,6 +198,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
     if depth <= 0.0 {
         return ShadowNodes(vec4(1.0), vec4(1.0));
     }
+    var eighth = FAR;
     if depth < NODES_LOW.x {
         low_nodes = vec4(matter_begin, vec3(last));
         high_nodes = vec3(last);
@@ -214,8 +215,12 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
         let thickness = max(last - at, 0.0) / max(depth - reached, LEAST_TAU);
         low_nodes = select(low_nodes, at + (NODES_LOW - reached) * thickness, low_nodes >= vec4(FAR));
         high_nodes = select(high_nodes, at + (NODES_HIGH - reached) * thickness, high_nodes >= vec3(FAR));
+        eighth = select(at + (ENOUGH - reached) * thickness, enough_at, enough_at < FAR);
     }
+    let eighth_share = saturate((eighth - maps.nearest) / maps.reach);
+    // Below a half by more than 16 bits round.
+    let rest = select(0.5 + 0.5 * exp(-depth), min(0.5 * eighth_share, 0.4999), depth > NODES_HIGH.z);
     let low_share = saturate((low_nodes - maps.nearest) / maps.reach);
     let high_share = saturate((high_nodes - maps.nearest) / maps.reach);
-    return ShadowNodes(low_share, vec4(high_share, select(exp(-depth), 0.0, depth >= ENOUGH)));
+    return ShadowNodes(low_share, vec4(high_share, rest));
 }

@@ -26,10 +26,12 @@ struct ShadowUniforms {
 // Optical depths of a texel's nodes, and from each to the next; before the first and beyond the last
 // it goes on as it was. The first is no less than a veil: a thin one far before a cloud would draw
 // the node away from where the light fades.
-const NODES_LOW = vec4<f32>(0.02, 0.15, 0.36, 0.6);
-const NODES_HIGH = vec3<f32>(1.0, 1.6, 2.6);
-const STEPS_LOW = vec4<f32>(0.13, 0.21, 0.24, 0.4);
-const STEPS_HIGH = vec3<f32>(0.6, 1.0, 1.0);
+const NODES_LOW = vec4<f32>(0.02, 0.25, 0.6, 1.1);
+const NODES_HIGH = vec3<f32>(1.8, 3.0, 5.0);
+const STEPS_LOW = vec4<f32>(0.23, 0.35, 0.5, 0.7);
+const STEPS_HIGH = vec3<f32>(1.2, 2.0, 3.0);
+// Optical depth at which the march ends; where it is reached is the eighth node of deep columns.
+const ENOUGH: f32 = 8.0;
 // Least distance of two nodes in units of `reach`: half of what a texel can hold.
 const LEAST_GAP: f32 = 7.6e-6;
 // Depth beyond which there is no sun: least transmittance of f32 is not reached.
@@ -39,10 +41,11 @@ const MOST_DEPTH: f32 = 20.0;
 // Texels at the border of a map that the next one shows.
 const BORDER: f32 = 1.5;
 
-// Where the nodes lie, in units of `reach` from `nearest` on, and the transmittance of all.
+// Where the nodes lie, in units of `reach` from `nearest` on. high.w: of columns that reach the seventh
+// half the place of the eighth; of the others 1/2 and half the transmittance of all their matter.
 struct ShadowNodes {
     low: vec4<f32>,
-    high: vec4<f32>, // w: transmittance
+    high: vec4<f32>,
 }
 
 fn pack_nodes(nodes: ShadowNodes) -> vec4<u32> {
@@ -61,7 +64,8 @@ fn unpack_nodes(texel: vec4<u32>) -> ShadowNodes {
 
 // Optical depth at a place of a texel.
 fn nodes_depth(nodes: ShadowNodes, at: f32) -> f32 {
-    let all = -log(max(nodes.high.w, exp(-DARKEST)));
+    let is_deep = nodes.high.w < 0.5;
+    let all = select(-log(max(2.0 * nodes.high.w - 1.0, exp(-DARKEST))), DARKEST, is_deep);
     let next = vec4(nodes.low.yzw, nodes.high.x);
     let gaps_low = max(next - nodes.low, vec4(LEAST_GAP));
     if all <= NODES_LOW.x {
@@ -69,8 +73,8 @@ fn nodes_depth(nodes: ShadowNodes, at: f32) -> f32 {
         return all * saturate((at - nodes.low.x) / gaps_low.x);
     }
     let low = clamp((at - nodes.low) / gaps_low, vec4(-NODES_LOW.x / STEPS_LOW.x, 0.0, 0.0, 0.0), vec4(1.0));
-    // The last part is as steep as the one before.
-    let gaps = max(vec3(nodes.high.yz - nodes.high.xy, nodes.high.z - nodes.high.y), vec3(LEAST_GAP));
+    // Beyond the last node it goes on as before it.
+    let gaps = max(vec3(nodes.high.yz, 2.0 * nodes.high.w) - nodes.high.xyz, vec3(LEAST_GAP));
     let high = clamp((at - nodes.high.xyz) / gaps, vec3(0.0), vec3(1.0, 1.0, DARKEST));
     return min(NODES_LOW.x + dot(low, STEPS_LOW) + dot(high, STEPS_HIGH), all);
 }

@@ -193,7 +193,7 @@ fn depths_between_nodes() {
             if i % 3 == 0 {
                 nodes = nodes.iter().map(|n| (n * 8.0).floor() / 8.0).collect();
             }
-            let all = 10f64.powf(random.between(-5.0, 0.0));
+            let all = if i % 2 == 0 { random.between(0.5, 1.0) } else { random.between(0.0, 0.5) };
             let mut input = [0.0; 12];
             for (slot, value) in input.iter_mut().zip(nodes.iter().chain([&all])) {
                 *slot = *value as f32;
@@ -202,7 +202,7 @@ fn depths_between_nodes() {
             input
         })
         .collect();
-    for all in [0.0, 1.0, 0.98] {
+    for all in [0.0, 0.4999, 0.5, 0.99, 1.0] {
         for at in [-1e9, 0.0, 0.5, 1.0, 1e9] {
             for node in [0.0, 0.5, 1.0] {
                 let mut input = [node; 12];
@@ -222,7 +222,7 @@ fn depths_between_nodes() {
     let mut most = 0.0_f64;
     for (input, result) in inputs.iter().zip(results) {
         let nodes =
-            Nodes { at: std::array::from_fn(|i| input[i].into()), transmittance: input[7].into() };
+            Nodes { at: std::array::from_fn(|i| input[i].into()), rest: input[7].into() };
         let exact = nodes.depth(input[8].into());
         assert!((0.0..=80.0).contains(&result[0]), "{input:?}: {result:?}");
         assert!(result[1] >= result[0], "{input:?}: {result:?}");

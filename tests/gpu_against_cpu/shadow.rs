@@ -85,9 +85,9 @@ fn texels_are_those_of_the_twin() {
                 let at = [i as u32 % side, i as u32 / side];
                 let found = Nodes::unpack(*texel);
                 let exact = column.nodes(0, at).rounded();
-                shaded += u32::from(exact.transmittance < 0.5);
+                shaded += u32::from(exact.rest < 0.75);
                 let worst = (0..7).fold(0.0f64, |w, k| w.max((found.at[k] - exact.at[k]).abs()));
-                let through = (found.transmittance - exact.transmittance).abs();
+                let through = (found.rest - exact.rest).abs();
                 // Two steps of 16 bits; of lines that graze a particle the device may miss one.
                 if (worst > 2.0 / 65_535.0 + 1e-3 || through > 1e-3) && off % 40 == 1 {
                     println!("DIF {at:?} {found:?} {exact:?}");

@@ -8,13 +8,13 @@ use crate::tables::TableSet;
 use crate::tables::optical_depth::volume::copy_for;
 
 /// Optical depths of the nodes of a texel; as in the shader.
-pub const NODES: [f64; 7] = [0.02, 0.15, 0.36, 0.6, 1.0, 1.6, 2.6];
+pub const NODES: [f64; 7] = [0.02, 0.25, 0.6, 1.1, 1.8, 3.0, 5.0];
 /// Bins of a block.
 const BINS: usize = 8;
 /// Least step over the distance.
 const LEAST_STEP: f64 = 1e-6;
 /// Optical depth at which the march ends.
-const ENOUGH: f64 = 7.0;
+const ENOUGH: f64 = 8.0;
 /// Least distance of two nodes, in units of the reach.
 const LEAST_GAP: f64 = 7.6e-6;
 /// Depth beyond which there is no sun.
@@ -31,44 +31,50 @@ fn axis(v: [f32; 4]) -> DVec3 {
     DVec3::new(v[0].into(), v[1].into(), v[2].into())
 }
 
-/// Where on a texel's ray its nodes lie, in units of the maps' reach, and what all of it lets through.
+/// Where on a texel's ray its nodes lie, in units of the maps' reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nodes {
     /// Of [`NODES`].
     pub at: [f64; 7],
-    /// Of all matter.
-    pub transmittance: f64,
+    /// Of columns that reach the seventh half the place of an eighth, of the others 1/2 and half the
+    /// transmittance of all their matter.
+    pub rest: f64,
 }
 
 impl Nodes {
     /// Where there is nothing.
-    pub const EMPTY: Self = Self { at: [1.0; 7], transmittance: 1.0 };
+    pub const EMPTY: Self = Self { at: [1.0; 7], rest: 1.0 };
 
     /// From a texel.
     pub fn unpack(texel: [u32; 4]) -> Self {
         let half = |i: usize| f64::from(texel[i / 2] >> (16 * (i % 2)) & 0xffff) / FULL;
-        Self { at: std::array::from_fn(half), transmittance: half(7) }
+        Self { at: std::array::from_fn(half), rest: half(7) }
     }
 
     /// The same in 16 bits each, as the device keeps it.
     pub fn rounded(&self) -> Self {
         let round = |x: f64| (x.clamp(0.0, 1.0) * FULL).round() / FULL;
-        Self { at: self.at.map(round), transmittance: round(self.transmittance) }
+        Self { at: self.at.map(round), rest: round(self.rest) }
     }
 
     /// Optical depth at a place on the ray.
     pub fn depth(&self, at: f64) -> f64 {
-        let all = -self.transmittance.max((-DARKEST).exp()).ln();
-        let gap = |i: usize| (self.at[i + 1] - self.at[i]).max(LEAST_GAP);
+        let all = if self.rest < 0.5 {
+            DARKEST
+        } else {
+            -(2.0 * self.rest - 1.0).max((-DARKEST).exp()).ln()
+        };
+        let next = |i: usize| self.at.get(i + 1).map_or(2.0 * self.rest, |at| *at);
+        let gap = |i: usize| (next(i) - self.at[i]).max(LEAST_GAP);
         if all <= NODES[0] {
             return all * ((at - self.at[0]) / gap(0)).clamp(0.0, 1.0);
         }
         let mut depth = NODES[0];
         for i in 0..NODES.len() {
-            let step = if i < 6 { NODES[i + 1] - NODES[i] } else { NODES[6] - NODES[5] };
+            let step = NODES.get(i + 1).unwrap_or(&ENOUGH) - NODES[i];
             let low = if i == 0 { -NODES[0] / step } else { 0.0 };
             let high = if i == 6 { DARKEST } else { 1.0 };
-            depth += step * ((at - self.at[i]) / gap(i.min(5))).clamp(low, high);
+            depth += step * ((at - self.at[i]) / gap(i)).clamp(low, high);
         }
         depth.min(all)
     }
@@ -117,7 +123,7 @@ impl Column<'_> {
             .collect();
         let (mut cursor, mut depth) = (f64::NEG_INFINITY, 0.0);
         let (mut first, mut last) = (f64::INFINITY, 0.0f64);
-        let mut at = [f64::INFINITY; 7];
+        let (mut at, mut eighth) = ([f64::INFINITY; 7], f64::INFINITY);
         while depth < ENOUGH {
             let open = met.iter().filter(|(_, (_, end))| *end > cursor);
             let (mut begin, mut smallest) = (f64::INFINITY, f64::INFINITY);
@@ -169,6 +175,9 @@ impl Column<'_> {
                 if depth <= 0.0 && next > 0.0 {
                     first = front;
                 }
+                if depth < ENOUGH && next >= ENOUGH {
+                    eighth = front + (ENOUGH - depth) / tau * step;
+                }
                 for (level, node) in NODES.iter().zip(&mut at) {
                     if *level >= depth && *level < next {
                         *node = front + (level - depth) / tau * step;
@@ -191,14 +200,17 @@ impl Column<'_> {
             for i in reached + 1..NODES.len() {
                 at[i] = at[reached] + (NODES[i] - NODES[reached]) * thickness;
             }
+            if eighth.is_infinite() {
+                eighth = at[reached] + (ENOUGH - NODES[reached]) * thickness;
+            }
         }
         let share = |t: f64| {
             ((t - f64::from(self.maps.nearest)) / f64::from(self.maps.reach)).clamp(0.0, 1.0)
         };
-        Nodes {
-            at: at.map(share),
-            transmittance: if depth >= ENOUGH { 0.0 } else { (-depth).exp() },
-        }
+        let is_deep = depth > NODES[6];
+        let rest =
+            if is_deep { (0.5 * share(eighth)).min(0.4999) } else { 0.5 + 0.5 * (-depth).exp() };
+        Nodes { at: at.map(share), rest }
     }
 }
 

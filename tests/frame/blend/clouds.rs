@@ -51,18 +51,13 @@ pub(super) fn cloud(recipe: &Recipe, seed: u64) -> Cloud {
             let mut four = |scale: f32| [0; 4].map(|_| scale * signed());
             // The clouds are those of older figures: four more were drawn then.
             let _ = [four(2.0), four(2.0), four(2.0), four(2.0)];
-            let light = ParticleLight {
-                sun_irradiance: four(1.0).map(f32::abs),
-                ambient_above: four(0.1).map(f32::abs),
-                ambient_below: four(0.1).map(f32::abs),
-            };
             // One colour for all: in a frame it changes with the altitude alone, by less within a
             // block than is measured here. How much of a particle is alone differs.
+            let _ = [four(1.0), four(0.1)];
             let light = ParticleLight {
                 sun_irradiance: [0.9, 0.7, 0.5, 0.0],
                 ambient_above: [0.05, 0.08, 0.1, 0.0],
-                ambient_below: [0.04, 0.03, 0.02, light.ambient_below[3]],
-                ..light
+                ambient_below: [0.04, 0.03, 0.02, four(0.1)[3].abs()],
             };
             let orientation = DQuat::from_array(four(1.0).map(f64::from)).normalize().as_quat();
             let offset = DVec3::from_slice(&four(1.0).map(f64::from)) * recipe.spread;
@@ -120,7 +115,12 @@ impl Shadow {
             let at = [0.0, 0.08, 0.15, 0.2, 0.3, 0.5, 0.7].map(|step| first + 0.5 * step);
             let half = |x: f64| (x * 65_535.0).round() as u32;
             let pair = |a: f64, b: f64| half(a) | (half(b) << 16);
-            [pair(at[0], at[1]), pair(at[2], at[3]), pair(at[4], at[5]), pair(at[6], 0.0)]
+            [
+                pair(at[0], at[1]),
+                pair(at[2], at[3]),
+                pair(at[4], at[5]),
+                pair(at[6], 0.5 * (first + 0.9)),
+            ]
         };
         let count = maps.maps * SHADOW_TEXELS * SHADOW_TEXELS;
         Self { maps, texels: (0..count).map(texel).collect() }
