@@ -7,9 +7,9 @@
 // so a bin may be opaque, and a particle smaller than a bin keeps all of its matter. The depth comes
 // from the deep shadow maps (shadow.wgsl).
 //
-// Workgroup contract: one workgroup owns one tile of 8x8 pixels, one invocation one pixel; it
+// Workgroup contract: one workgroup owns one tile of 8x8 blocks, one invocation one pixel of a block; it
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
-#import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight}
+#import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight, block_pixel}
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
 #import cumuli::lighting::{mean_sunlight, own_source}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
@@ -59,7 +59,10 @@ fn span_of(centre: vec3<f32>, radius: f32, dir: vec3<f32>, far: f32) -> Span {
 
 @compute @workgroup_size(8, 8)
 fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
-    if any(id.xy >= frame.size) {
+    // One pixel of the block, or all of them in as many layers.
+    let phase_of_block = select(id.z, frame.phase, frame.phase < frame.stride * frame.stride);
+    let pixel = id.xy * frame.stride + block_pixel(phase_of_block);
+    if any(pixel >= frame.size) {
         return;
     }
     var radiance = vec3(0.0);
@@ -71,7 +74,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
     let end = min(tile_offsets[tile + 1u], arrayLength(&tile_entries));
     var low = tile_offsets[tile]; // the entries before are all passed
     if low < end {
-        let ndc = (vec2<f32>(id.xy) + 0.5) / vec2<f32>(frame.size) * 2.0 - 1.0;
+        let ndc = (vec2<f32>(pixel) + 0.5) / vec2<f32>(frame.size) * 2.0 - 1.0;
         let dir = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
         let sun = frame.sun.xyz;
         let phase_once = phase_between(phase, dir, sun);
@@ -240,15 +243,16 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         }
         atomicAdd(&counts[0], lookups);
         atomicAdd(&counts[1], 1u);
-    } else if all(local.xy == vec2(0u)) {
+    } else if all(local.xy == vec2(0u)) && id.z == 0u {
         atomicAdd(&counts[2], 1u);
     }
     let opacity = 1.0 - transmittance;
-    textureStore(radiance_out, id.xy, vec4(radiance, transmittance));
+    let target_texel = select(id.xy, pixel, frame.in_place != 0u);
+    textureStore(radiance_out, target_texel, vec4(radiance, transmittance));
 #ifdef COUNT_STEPS
     let told = f32(lookups);
 #else
     let told = select(0.0, distance_sum / opacity, opacity > 0.0);
 #endif
-    textureStore(distance_out, id.xy, vec4(told, 0.0, 0.0, 0.0));
+    textureStore(distance_out, target_texel, vec4(told, 0.0, 0.0, 0.0));
 }

@@ -14,7 +14,7 @@
 @group(0) @binding(6) var<storage, read_write> visible: array<atomic<u32>>; // a sum: its order cannot matter
 
 const NOT_SEEN: u32 = 0xffffffffu;
-const TILE: f32 = 8.0; // pixels a side
+const TILE: f32 = 8.0; // blocks a side
 
 // Bounds of a sphere's picture along one image axis, in tangents of the angle from the view axis:
 // the lines through the eye that touch the circle (x, z, radius).
@@ -59,7 +59,7 @@ fn project(@builtin(global_invocation_id) id: vec3<u32>) {
     if bx.x >= 1.0 || bx.y <= -1.0 || by.x >= 1.0 || by.y <= -1.0 {
         return;
     }
-    let size = vec2<f32>(frame.size);
+    let size = vec2<f32>(frame.size) / f32(frame.stride); // blocks
     let ndc_low = clamp(vec2(bx.x, -by.y), vec2(-1.0), vec2(1.0));
     let ndc_high = clamp(vec2(bx.y, -by.x), vec2(-1.0), vec2(1.0));
     let low = floor((ndc_low * 0.5 + 0.5) * size / TILE);

@@ -44,6 +44,18 @@ struct FrameUniforms {
     halo_share: f32,           // optical depth of forward-peak scatterings over the scaled one
     has_shadows: u32,          // 1: there are shadow maps
     grid_shift: vec4<f32>,     // xyz: m, anchor of the light grid relative to the camera
+    blocks: vec2<u32>,         // of pixels
+    stride: u32,               // sides of a block, pixels: 1 or 2
+    phase: u32,                // which pixel of its block the blend shades; all where there is no such pixel
+    in_place: u32,             // 1: the blend writes to the pixels, 0: to the blocks
+    padding_a: u32,
+    padding_b: u32,
+    padding_c: u32,
+}
+
+// Place of a pixel in its block: no two in a row are neighbours in a row.
+fn block_pixel(phase: u32) -> vec2<u32> {
+    return vec2((phase ^ (phase >> 1u)) & 1u, phase & 1u);
 }
 
 // A set of parallel lines seen as a picture: from the sun.

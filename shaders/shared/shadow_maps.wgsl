@@ -19,7 +19,7 @@ struct ShadowUniforms {
     highest: f32,
     resolution: u32,             // texels a side
     maps: u32,
-    padding_a: u32,
+    seen_only: u32,              // 1: only what the picture may show is made
     padding_b: u32,
 }
 

@@ -21,17 +21,19 @@ enum Name {
     ShadowResolution,
     GridFineness,
     GridSlice,
+    PixelStride,
     Scale,
 }
 
 /// Names, what they may be, and whether they are whole numbers.
-const NAMES: [(Name, &str, [f64; 2], bool); 7] = [
+const NAMES: [(Name, &str, [f64; 2], bool); 8] = [
     (Name::Steps, "steps", [1.0, 32.0], true),
     (Name::TransmittanceStop, "transmittance_stop", [1e-6, 0.5], false),
     (Name::ShadowSteps, "shadow_steps", [1.0, 32.0], true),
     (Name::ShadowResolution, "shadow_resolution", [8.0, 2048.0], true),
     (Name::GridFineness, "grid_fineness", [0.25, 2.0], false),
     (Name::GridSlice, "grid_slice", [0.0, 1000.0], true),
+    (Name::PixelStride, "pixel_stride", [1.0, 2.0], true),
     (Name::Scale, "scale", [0.1, 1.0], false),
 ];
 
@@ -104,6 +106,7 @@ impl Variant {
             Name::ShadowResolution => quality.shadow_resolution = value as u32,
             Name::GridFineness => quality.grid.fineness = value,
             Name::GridSlice => quality.grid.slice = value as u32,
+            Name::PixelStride => quality.pixel_stride = value as u32,
             Name::Scale => self.scale = value,
         }
         self

@@ -10,6 +10,7 @@ use super::progress::StageBar;
 use super::{engine, render};
 use crate::error::Result;
 use crate::frame::Preset;
+use crate::scene::CameraPath;
 use crate::window::{self, WindowOptions};
 
 /// Arguments of `cumuli fly`.
@@ -27,6 +28,9 @@ pub struct FlyArgs {
     /// Quality against time; without it, high on a graphics card and low without one
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
+    /// Camera path to fly along with P
+    #[arg(long, value_name = "FILE")]
+    pub path: Option<PathBuf>,
     /// Table file made by precompute; without it, the built-in tables
     #[arg(long, value_name = "FILE")]
     pub tables: Option<PathBuf>,
@@ -35,7 +39,14 @@ pub struct FlyArgs {
 impl Default for FlyArgs {
     /// What `cumuli` without arguments shows.
     fn default() -> Self {
-        Self { scene: None, size: Size([1280, 720]), time: 0.0, preset: None, tables: None }
+        Self {
+            scene: None,
+            size: Size([1280, 720]),
+            time: 0.0,
+            preset: None,
+            path: None,
+            tables: None,
+        }
     }
 }
 
@@ -43,6 +54,7 @@ impl Default for FlyArgs {
 pub(super) fn run(args: &FlyArgs) -> Result<()> {
     let begun = Instant::now();
     let (scene, place) = render::load_scene(args.scene.as_deref())?;
+    let path = args.path.as_deref().map(CameraPath::load).transpose()?;
     let tables = engine::tables_of(args.tables.as_deref())?;
     let medium = &scene.medium;
     let tables = tables.with_scattering_for(&medium.phase, medium.albedo, &StageBar::new())?;
@@ -50,6 +62,7 @@ pub(super) fn run(args: &FlyArgs) -> Result<()> {
     window::run(WindowOptions {
         scene,
         file: args.scene.clone(),
+        path,
         tables,
         time: args.time,
         preset: args.preset,

@@ -2,7 +2,6 @@
 
 use super::picture_lists::PictureLists;
 use super::shadow::ShadowJob;
-use super::targets::Targets;
 use super::view::SCREEN_TILE;
 use crate::Result;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary};
@@ -43,8 +42,13 @@ impl BlendPass {
         Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, groups)? })
     }
 
-    /// Binds inputs and targets.
-    pub fn bind(&self, gpu: &Gpu, inputs: &BlendInputs<'_>, targets: &Targets) -> wgpu::BindGroup {
+    /// Binds inputs, and the textures it writes: clouds, distance.
+    pub fn bind(
+        &self,
+        gpu: &Gpu,
+        inputs: &BlendInputs<'_>,
+        [clouds, distance]: [&wgpu::TextureView; 2],
+    ) -> wgpu::BindGroup {
         self.kernel.bind(
             gpu,
             &[
@@ -55,19 +59,19 @@ impl BlendPass {
                 inputs.lists.lists.tile_offsets.as_entire_binding(),
                 inputs.lists.lists.tile_entries.as_entire_binding(),
                 inputs.counts.as_entire_binding(),
-                wgpu::BindingResource::TextureView(&targets.clouds),
-                wgpu::BindingResource::TextureView(&targets.distance),
+                wgpu::BindingResource::TextureView(clouds),
+                wgpu::BindingResource::TextureView(distance),
                 inputs.shadow.uniforms.as_entire_binding(),
                 inputs.shadow.texels.as_entire_binding(),
             ],
         )
     }
 
-    /// Records the pass.
+    /// Records the pass over blocks of pixels: columns, rows, and how many pixels of each.
     pub fn encode(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
-        size: [u32; 2],
+        blocks: [u32; 3],
         bindings: &wgpu::BindGroup,
         groups: [&wgpu::BindGroup; 3],
     ) {
@@ -76,6 +80,8 @@ impl BlendPass {
         for (index, group) in (1..).zip(groups) {
             pass.set_bind_group(index, group, &[]);
         }
-        pass.dispatch_workgroups(size[0].div_ceil(SCREEN_TILE), size[1].div_ceil(SCREEN_TILE), 1);
+        let [columns, rows, pixels] = blocks;
+        let [width, height] = [columns, rows].map(|s| s.div_ceil(SCREEN_TILE));
+        pass.dispatch_workgroups(width, height, pixels);
     }
 }

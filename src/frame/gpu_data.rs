@@ -101,6 +101,20 @@ gpu_struct! {
         has_shadows: u32,
         /// m, anchor of the light grid relative to the camera.
         grid_shift: [f32; 4],
+        /// Blocks of pixels.
+        blocks: [u32; 2],
+        /// Sides of a block, pixels: 1 or 2.
+        stride: u32,
+        /// Which pixel of its block the blend shades; all of them where there is no such pixel.
+        phase: u32,
+        /// 1: the blend writes to the pixels, 0: to the blocks.
+        in_place: u32,
+        /// Unused.
+        padding_a: u32,
+        /// Unused.
+        padding_b: u32,
+        /// Unused.
+        padding_c: u32,
     }
 }
 
@@ -294,8 +308,8 @@ gpu_struct! {
         resolution: u32,
         /// Maps in use.
         maps: u32,
-        /// Unused.
-        padding_a: u32,
+        /// 1: only what the picture may show is made.
+        seen_only: u32,
         /// Unused.
         padding_b: u32,
     }

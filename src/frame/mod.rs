@@ -17,6 +17,7 @@ pub mod population;
 pub mod renderer;
 pub mod resolve;
 pub mod resources;
+pub mod reuse;
 pub mod rings;
 pub mod scan;
 pub mod settings;

@@ -5,6 +5,7 @@ use super::light::LightPass;
 use super::light_grid::{GridMedium, LightGridPass};
 use super::picture_lists::{ListPasses, ProjectPass};
 use super::resolve::ResolvePass;
+use super::reuse::ReusePass;
 use super::rings::RingPass;
 use super::settings::Quality;
 use super::shadow::ShadowPass;
@@ -30,6 +31,8 @@ pub struct Passes {
     pub shadow: ShadowPass,
     /// Particles to pixels.
     pub blend: BlendPass,
+    /// Pixels of the frame before.
+    pub reuse: ReusePass,
     /// The rest of the picture.
     pub resolve: ResolvePass,
     /// Display values.
@@ -58,6 +61,7 @@ impl Passes {
             light_grid,
             shadow: ShadowPass::new(gpu, library, quality.shadow_steps, tables)?,
             blend,
+            reuse: ReusePass::new(gpu, library)?,
             resolve: ResolvePass::new(gpu, library, tables, sky)?,
             tonemap: TonemapPass::new(gpu, library)?,
         })

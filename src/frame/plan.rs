@@ -85,14 +85,21 @@ pub struct FramePlan {
     decisions: Vec<Decision>,
     made: Vec<Product>,
     relit: bool,
+    clouds_changed: bool,
     has_particles: bool,
     has_clouds: bool,
 }
 
 impl FramePlan {
     /// From what has changed, after it has observed `now`. `sky_changed`: the sky's tables have to be
-    /// made again; `grid`: what of the light grid has to be.
-    pub fn new(changes: &Changes, now: &FrameKey, sky_changed: bool, grid: &GridWork) -> Self {
+    /// made again; `grid`: what of the light grid has to be; `unfinished`: some pixels are of the past.
+    pub fn new(
+        changes: &Changes,
+        now: &FrameKey,
+        sky_changed: bool,
+        grid: &GridWork,
+        unfinished: bool,
+    ) -> Self {
         let empty = now.is_empty();
         // Only what is shown is made: clouds, and shadows where there is anything to see them on.
         let has_clouds = !empty && now.in_view.clouds;
@@ -101,8 +108,10 @@ impl FramePlan {
         let stale = |product| changes.is_stale(product, None);
         let relit = has_clouds && changes.is_stale(Product::Light, Some(Input::Camera));
         let mut made = Vec::new();
+        let clouds_changed = has_clouds && stale(Product::Clouds);
         let mut make = |product, needed: bool| {
-            let makes = needed && stale(product);
+            let more = product == Product::Clouds && unfinished;
+            let makes = needed && (more || stale(product));
             made.extend(makes.then_some(product));
             makes
         };
@@ -158,11 +167,12 @@ impl FramePlan {
             "particles, sun or camera changed",
             or_unneeded("shadows unchanged"),
         );
-        decide(Pass::Blend, clouds, moved, or_unseen("clouds unchanged"));
+        let blended_why = if clouds_changed { moved } else { "pixels of the past" };
+        decide(Pass::Blend, clouds, blended_why, or_unseen("clouds unchanged"));
         for pass in [Pass::Resolve, Pass::Tonemap] {
             decide(pass, picture, "something changed", "picture unchanged");
         }
-        Self { decisions, made, relit, has_particles, has_clouds }
+        Self { decisions, made, relit, clouds_changed, has_particles, has_clouds }
     }
 
     /// The plan with one pass left out, for showing what it does.
@@ -203,6 +213,11 @@ impl FramePlan {
     /// Whether the light of particles that were lit before has changed.
     pub fn relit(&self) -> bool {
         self.relit
+    }
+
+    /// Whether the clouds in the picture have changed.
+    pub fn clouds_changed(&self) -> bool {
+        self.clouds_changed
     }
 
     /// What each pass does, in order.

@@ -6,10 +6,11 @@ mod key;
 mod record;
 
 pub use key::sky_inputs;
+use record::Work;
 
 use glam::DVec3;
 
-use super::changes::Changes;
+use super::changes::{Changes, Product};
 use super::composer::Composer;
 use super::gpu_data::ParticleLight;
 use super::in_view::{InView, in_view};
@@ -21,12 +22,12 @@ use super::picture::{Counters, FrameStats, Picture};
 use super::plan::{FramePlan, Pass};
 use super::population::Shapes;
 use super::resources::{Capacities, Layout, ListCapacity, Resources};
+use super::reuse::{History, Seen};
 use super::rings;
 use super::settings::{Quality, RenderSettings};
 use super::shadow::ShadowJob;
 use super::sky::{SkyPass, SkyWork};
 use super::stats::{Counts, StatsReader, pass_times};
-use super::view::SCREEN_TILE;
 use crate::gpu::{Gpu, ShaderLibrary, buffers};
 use crate::medium::{Halo, Truncation};
 use crate::scene::{Medium, Scene, check_time};
@@ -60,6 +61,7 @@ pub struct Renderer {
     capacities: Capacities,
     resources: Option<Resources>,
     changes: Changes,
+    history: History,
     light_epoch: u32,
 }
 
@@ -117,6 +119,7 @@ impl Renderer {
             },
             resources: None,
             changes: Changes::default(),
+            history: History::default(),
             light_epoch: 0,
         })
     }
@@ -203,12 +206,18 @@ impl Renderer {
         };
         let key = self.key(scene, time, size, shift, in_view)?;
         let sky_work = self.sky.update(&self.gpu, &sky_inputs(scene));
-        let layout =
-            Layout { size, columns, light_tiles: key.light.tiles, capacities: self.capacities };
+        let layout = Layout {
+            size,
+            stride: self.stride(),
+            columns,
+            light_tiles: key.light.tiles,
+            capacities: self.capacities,
+        };
         let resources = match self.resources.take().filter(|r| r.layout == layout) {
             Some(resources) => resources,
             None => {
                 self.changes.forget();
+                self.history.forget();
                 self.gpu.begin_part("frame");
                 Resources::new(&self.gpu, &self.passes, &self.phase, &self.shadow, layout)
             }
@@ -216,15 +225,30 @@ impl Renderer {
         let unneeded = self.composer.as_ref().map_or(&[][..], |c| c.unneeded());
         let sky_changed = sky_work != SkyWork::None;
         self.changes.observe(&key, sky_changed, &grid);
-        let plan = FramePlan::new(&self.changes, &key, sky_changed, &grid);
+        let plan = FramePlan::new(
+            &self.changes,
+            &key,
+            sky_changed,
+            &grid,
+            self.history.is_unfinished(layout.stride),
+        );
         let plan = unneeded.iter().fold(plan.without(self.omit), |p, pass| p.without(Some(*pass)));
-        self.record(&resources, &plan, &key, sky_work, &grid, shift)?;
+        let wind = scene.clouds.as_ref().map_or(DVec3::ZERO, |field| field.wind);
+        let seen = Seen { frame: key.frame, eye: scene.camera.position, time, wind };
+        let shading = self.history.shading(layout.stride, plan.clouds_changed(), &seen);
+        let work = Work { plan: &plan, key: &key, sky: sky_work, grid: &grid, shift, shading };
+        self.record(&resources, &work, self.history.uniforms(&seen))?;
+        if !in_view.clouds {
+            self.history.forget();
+        } else if plan.makes(Product::Clouds) {
+            self.history.done(layout.stride, shading, seen);
+        }
         if in_view.clouds {
             self.grid.done(shift);
         }
         let times = self.stats.times(&self.gpu)?;
         let counts = self.stats.read(&self.gpu)?;
-        let tiles = size.map(|s| s.div_ceil(SCREEN_TILE));
+        let tiles = layout.tiles();
         let bytes = resources.bytes()
             + self.shadow.bytes()
             + self.tables.bytes()
@@ -232,7 +256,8 @@ impl Renderer {
             + self.grid.bytes();
         let stats = FrameStats {
             passes: pass_times(&plan, &times),
-            unfinished: grid.progress[0] < grid.progress[1],
+            unfinished: grid.progress[0] < grid.progress[1]
+                || self.history.is_unfinished(layout.stride),
             counters: Counters {
                 grid_steps: grid.progress.map(u64::from),
                 ..counts.of_plan(&plan, tiles).counters(&self.capacities, tiles, bytes)
@@ -241,6 +266,11 @@ impl Renderer {
         self.resources = Some(resources);
         plan.made().iter().for_each(|product| self.changes.done(*product));
         Ok((stats, counts))
+    }
+
+    /// Sides of a block of pixels: what stands in for the blend shades all of them.
+    fn stride(&self) -> u32 {
+        if self.composer.is_some() { 1 } else { self.quality.pixel_stride.clamp(1, 2) }
     }
 
     /// What of the light grid a frame has to make, and the anchor of what it shows relative to the

@@ -5,6 +5,7 @@ use super::gpu_data::{FrameUniforms, LightView, Particle, ParticleLight};
 use super::light::{LightJob, view_buffer};
 use super::passes::Passes;
 use super::picture_lists::{PictureLists, Projection};
+use super::reuse::ReuseJob;
 use super::rings::{RingJob, particle_count_buffer};
 use super::shadow::ShadowJob;
 use super::targets::Targets;
@@ -37,12 +38,21 @@ pub struct Capacities {
 pub struct Layout {
     /// Pixels.
     pub size: [u32; 2],
+    /// Sides of a block of pixels.
+    pub stride: u32,
     /// Columns of cells in the cloud field; 0 without one.
     pub columns: u32,
     /// Tiles of the sun's picture.
     pub light_tiles: [u32; 2],
     /// How much fits.
     pub capacities: Capacities,
+}
+
+impl Layout {
+    /// Screen tiles.
+    pub fn tiles(&self) -> [u32; 2] {
+        self.size.map(|s| s.div_ceil(self.stride).div_ceil(SCREEN_TILE))
+    }
 }
 
 /// One light's view, lists and job.
@@ -79,8 +89,10 @@ pub struct Resources {
     pub shadow_bindings: wgpu::BindGroup,
     /// Counts of the blend: look-ups, pixels, empty tiles.
     pub blend_counts: wgpu::Buffer,
-    /// Binding of the blend.
+    /// Binding of the blend, to the pixels.
     pub blend_bindings: wgpu::BindGroup,
+    /// The last frame's pixels and the blend's binding to blocks, where blocks are more than a pixel.
+    pub reuse: Option<(ReuseJob, wgpu::BindGroup)>,
     /// Binding of the resolve.
     pub resolve_bindings: wgpu::BindGroup,
     /// Binding of the tone map.
@@ -123,7 +135,7 @@ impl Resources {
             gpu,
             &passes.lists,
             &passes.screen_project,
-            list_size(layout.size.map(|s| s.div_ceil(SCREEN_TILE)), layout.capacities.screen),
+            list_size(layout.tiles(), layout.capacities.screen),
             &frame,
             &particles,
             &particle_count,
@@ -157,19 +169,21 @@ impl Resources {
             passes.shadow.bind(gpu, shadow, &frame, &light.view, &particles, &light.lists);
         let targets = Targets::new(gpu, layout.size);
         let blend_counts = buffers::storage(gpu, "blend counts", BLEND_COUNTS, size_of::<u32>());
-        let blend_bindings = passes.blend.bind(
-            gpu,
-            &BlendInputs {
-                frame: &frame,
-                phase,
-                particles: &particles,
-                lights: &particle_lights,
-                lists: &screen,
-                shadow,
-                counts: &blend_counts,
-            },
-            &targets,
-        );
+        let inputs = BlendInputs {
+            frame: &frame,
+            phase,
+            particles: &particles,
+            lights: &particle_lights,
+            lists: &screen,
+            shadow,
+            counts: &blend_counts,
+        };
+        let blend_bindings = passes.blend.bind(gpu, &inputs, [&targets.clouds, &targets.distance]);
+        let reuse = (layout.stride > 1).then(|| {
+            let job = passes.reuse.job(gpu, &frame, &targets, layout.stride);
+            let bindings = passes.blend.bind(gpu, &inputs, [&job.fresh, &job.fresh_distance]);
+            (job, bindings)
+        });
         let resolve_bindings = passes.resolve.bind(gpu, &frame, shadow, &targets);
         let tonemap_bindings = passes.tonemap.bind(gpu, &frame, &targets);
         Self {
@@ -185,6 +199,7 @@ impl Resources {
             shadow_bindings,
             blend_counts,
             blend_bindings,
+            reuse,
             resolve_bindings,
             tonemap_bindings,
             targets,
@@ -204,5 +219,6 @@ impl Resources {
             + self.screen.bytes()
             + self.light.lists.bytes()
             + self.targets.bytes()
+            + self.reuse.as_ref().map_or(0, |(job, _)| job.bytes())
     }
 }

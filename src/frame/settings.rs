@@ -101,6 +101,8 @@ pub struct Quality {
     pub transmittance_stop: f32,
     /// Steps of the sun's march in a radius of the smallest particle at hand.
     pub shadow_steps: u32,
+    /// Sides of a block of pixels, of which a frame that follows another shades one: 1 or 2.
+    pub pixel_stride: u32,
     /// Texels a side of the deep shadow maps.
     pub shadow_resolution: u32,
     /// The light grid.
@@ -114,7 +116,8 @@ const LIVE_SLICE: u32 = 4;
 impl Quality {
     /// The same for frames of a stream.
     pub const fn live(self) -> Self {
-        Self { grid: GridSettings { slice: LIVE_SLICE, ..self.grid }, ..self }
+        let grid = GridSettings { slice: LIVE_SLICE, ..self.grid };
+        Self { grid, pixel_stride: 2, ..self }
     }
 }
 
@@ -126,6 +129,7 @@ impl Preset {
                 steps: 3,
                 transmittance_stop: 0.02,
                 shadow_steps: 2,
+                pixel_stride: 1,
                 shadow_resolution: 96,
                 grid: GridSettings { fineness: 0.5, turns: [9, 5], slice: 0 },
             },
@@ -133,6 +137,7 @@ impl Preset {
                 steps: 4,
                 transmittance_stop: 0.01,
                 shadow_steps: 3,
+                pixel_stride: 1,
                 shadow_resolution: 160,
                 grid: GridSettings { fineness: 0.7, turns: [17, 5], slice: 0 },
             },
@@ -140,6 +145,7 @@ impl Preset {
                 steps: 6,
                 transmittance_stop: 0.004,
                 shadow_steps: 4,
+                pixel_stride: 1,
                 shadow_resolution: 256,
                 grid: GridSettings { fineness: 1.0, turns: [17, 9], slice: 0 },
             },
@@ -147,6 +153,7 @@ impl Preset {
                 steps: 10,
                 transmittance_stop: 0.0005,
                 shadow_steps: 6,
+                pixel_stride: 1,
                 shadow_resolution: 512,
                 grid: GridSettings { fineness: 1.4, turns: [33, 17], slice: 0 },
             },

@@ -41,8 +41,11 @@ impl ShadowPass {
     pub fn job(&self, gpu: &Gpu, resolution: u32) -> ShadowJob {
         let count = resolution as usize * resolution as usize * SHADOW_MAPS;
         let texels = buffers::storage(gpu, "shadow maps", count, TEXEL_BYTES);
-        let uniforms =
-            buffers::uniform(gpu, "shadow maps", &<ShadowUniforms as bytemuck::Zeroable>::zeroed());
+        let uniforms = buffers::uniform(
+            gpu,
+            "shadow places",
+            &<ShadowUniforms as bytemuck::Zeroable>::zeroed(),
+        );
         ShadowJob { uniforms, texels, resolution }
     }
 

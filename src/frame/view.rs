@@ -8,7 +8,7 @@ use super::settings::Quality;
 use crate::medium::Truncation;
 use crate::scene::{Camera, Scene, Sky};
 
-/// Side of a screen tile, pixels: one workgroup of the blend.
+/// Side of a screen tile, blocks of pixels: one workgroup of the blend.
 pub const SCREEN_TILE: u32 = 8;
 /// Most tiles a side of a light's picture.
 const MOST_LIGHT_TILES: f64 = 160.0;
@@ -62,6 +62,8 @@ pub fn frame_uniforms(
     particle_capacity: u32,
     [has_clouds, has_shadows]: [bool; 2],
 ) -> FrameUniforms {
+    let stride = quality.pixel_stride;
+    let blocks = size.map(|s| s.div_ceil(stride));
     let basis = camera.basis();
     let half_width = camera.half_width();
     let half_height = half_width * f64::from(size[1]) / f64::from(size[0]);
@@ -71,7 +73,7 @@ pub fn frame_uniforms(
         forward: four(basis.forward),
         sun: four(scene.sun.direction),
         size,
-        tiles: size.map(|s| s.div_ceil(SCREEN_TILE)),
+        tiles: blocks.map(|s| s.div_ceil(SCREEN_TILE)),
         camera_altitude: camera.position.y as f32,
         albedo: scene.medium.albedo as f32,
         delta_scale: truncation.scale(scene.medium.albedo) as f32,
@@ -85,6 +87,13 @@ pub fn frame_uniforms(
         halo_share: truncation.peak_depth(scene.medium.albedo) as f32,
         has_shadows: u32::from(has_shadows),
         grid_shift: four(grid_shift),
+        blocks,
+        stride,
+        phase: stride * stride,
+        in_place: 1,
+        padding_a: 0,
+        padding_b: 0,
+        padding_c: 0,
     }
 }
 
@@ -147,13 +156,15 @@ pub fn light_view(towards: DVec3, bounds: &Bounds, camera: DVec3) -> LightView {
 
 /// Deep shadow maps of a box, around the camera and on whole texels of the world: shadows don't crawl
 /// when the camera moves. The coarsest holds the box, each finer one half of it, up to texels that
-/// show a typical particle.
+/// show the smallest particle. `seen_only`: texels that the picture cannot show are left out.
+#[expect(clippy::too_many_arguments, reason = "everything the maps depend on")]
 pub fn shadow_uniforms(
     towards: DVec3,
     bounds: &Bounds,
     camera: DVec3,
     ground: Option<f64>,
     resolution: u32,
+    seen_only: bool,
 ) -> ShadowUniforms {
     let [axis_u, axis_v] = picture_axes(towards);
     let project = |p: DVec3| DVec2::new(p.dot(axis_u), p.dot(axis_v));
@@ -197,6 +208,7 @@ pub fn shadow_uniforms(
         lowest: lowest as f32,
         highest: (bounds.high.y - camera.y) as f32,
         resolution,
+        seen_only: u32::from(seen_only),
         ..uniforms
     }
 }

@@ -109,6 +109,9 @@ impl App {
             failure: None,
         };
         app.find_scenes();
+        if let Some(path) = &app.options.path {
+            app.session.path.set(path, app.options.time);
+        }
         if let Some(path) = file {
             app.watch(&path);
         }

@@ -17,6 +17,8 @@ impl App {
         let beside = self.report.file.as_ref().and_then(|f| f.parent()).map(Path::to_owned);
         let folders: Vec<_> = beside.into_iter().chain([PathBuf::from("scenes")]).collect();
         self.report.scenes = files::scenes_in(&folders);
+        let shipped = [PathBuf::new(), PathBuf::from("scenes/paths")];
+        self.report.paths = files::paths_in(&[&folders[..], &shipped].concat());
     }
 
     /// Loads a file that was chosen or dropped.
@@ -97,9 +99,12 @@ impl App {
         let text = path.to_toml()?;
         write_atomically(&file, |out| out.write_all(text.as_bytes()))?;
         let (frames, begun) = ((desk.end() * FRAMES_A_SECOND).ceil() as u64 + 1, desk.begun);
+        self.find_scenes();
         let file = file.display();
+        let scene = self.report.file.as_ref().map(|s| format!("--scene {} ", s.display()));
+        let scene = scene.unwrap_or_default();
         Ok(format!(
-            "saved {file}; cumuli render --path {file} --frames 0..{frames} --fps {FRAMES_A_SECOND} \
+            "saved {file}; cumuli render {scene}--path {file} --frames 0..{frames} --fps {FRAMES_A_SECOND} \
              --time {begun} --out frames --video flight.mp4 makes a video of it"
         ))
     }

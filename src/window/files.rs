@@ -50,6 +50,16 @@ fn names(path: &Path, key: &str) -> bool {
 
 /// Scenes in these folders, by name.
 pub(super) fn scenes_in(folders: &[PathBuf]) -> Vec<PathBuf> {
+    found_in(folders, "camera")
+}
+
+/// Camera paths in these folders, by name.
+pub(super) fn paths_in(folders: &[PathBuf]) -> Vec<PathBuf> {
+    found_in(folders, "keys")
+}
+
+/// TOML files with this key at their top.
+fn found_in(folders: &[PathBuf], key: &str) -> Vec<PathBuf> {
     let mut found: Vec<PathBuf> = folders
         .iter()
         .filter_map(|folder| {
@@ -57,7 +67,7 @@ pub(super) fn scenes_in(folders: &[PathBuf]) -> Vec<PathBuf> {
             Some(std::fs::read_dir(here).ok()?.flatten().map(|e| folder.join(e.file_name())))
         })
         .flatten()
-        .filter(|path| path.extension().is_some_and(|e| e == "toml") && names(path, "camera"))
+        .filter(|path| path.extension().is_some_and(|e| e == "toml") && names(path, key))
         .collect();
     found.sort();
     found.dedup();
@@ -156,6 +166,7 @@ mod tests {
         let found = scenes_in(&[dir.path().to_owned(), dir.path().to_owned()]);
         let names = ["scene.toml", "shaped.toml"].map(|n| dir.path().join(n));
         assert_eq!(found, names, "each once, and no paths");
+        assert_eq!(paths_in(&[dir.path().to_owned()]), [dir.path().join("path.toml")]);
     }
 
     #[test]

@@ -33,7 +33,7 @@ use std::time::Instant;
 use winit::event_loop::EventLoop;
 
 use crate::frame::Preset;
-use crate::scene::Scene;
+use crate::scene::{CameraPath, Scene};
 use crate::tables::TableSet;
 use crate::{Error, Result};
 
@@ -43,6 +43,8 @@ pub struct WindowOptions {
     pub scene: Scene,
     /// The file that it came from, to look out for changes.
     pub file: Option<PathBuf>,
+    /// A camera path on the desk at the start.
+    pub path: Option<CameraPath>,
     /// The tables to render with.
     pub tables: TableSet,
     /// Time at the start, s.

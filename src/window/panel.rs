@@ -73,6 +73,8 @@ pub(super) struct Report {
     pub figures: Option<Figures>,
     /// The tables.
     pub tables: Option<Arc<TableSet>>,
+    /// Camera paths to choose from.
+    pub paths: Vec<PathBuf>,
     /// Shapes that the tables hold.
     pub shapes: Vec<String>,
 }
@@ -152,7 +154,7 @@ fn contents(ui: &mut Ui, session: &mut Session, report: &Report) {
     });
     section("Camera", false).show(ui, |ui| camera::camera(ui, session));
     section("Time", true).show(ui, |ui| time::time(ui, session));
-    section("Camera path", false).show(ui, |ui| path::path(ui, session));
+    section("Camera path", false).show(ui, |ui| path::path(ui, session, report));
     section("Quality", false).show(ui, |ui| time::quality(ui, session, report));
     section("Frame", true).show(ui, |ui| frame::frame(ui, report));
     section("Insides", false).show(ui, |ui| insides::insides(ui, session, report));

@@ -6,6 +6,7 @@ mod furnace;
 mod march;
 mod passes;
 mod picture;
+mod reuse;
 mod shaders;
 mod slices;
 mod stress;

@@ -221,8 +221,7 @@ fn depths_between_nodes() {
     let results: Vec<[f32; 4]> = map(snippet, &[], &inputs);
     let mut most = 0.0_f64;
     for (input, result) in inputs.iter().zip(results) {
-        let nodes =
-            Nodes { at: std::array::from_fn(|i| input[i].into()), rest: input[7].into() };
+        let nodes = Nodes { at: std::array::from_fn(|i| input[i].into()), rest: input[7].into() };
         let exact = nodes.depth(input[8].into());
         assert!((0.0..=80.0).contains(&result[0]), "{input:?}: {result:?}");
         assert!(result[1] >= result[0], "{input:?}: {result:?}");

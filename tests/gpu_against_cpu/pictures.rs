@@ -47,6 +47,10 @@ pub fn frame(camera: &Camera, size: [u32; 2]) -> FrameUniforms {
         forward: four(basis.forward),
         size,
         tiles: size.map(|s| s.div_ceil(SCREEN_TILE)),
+        blocks: size,
+        stride: 1,
+        phase: 1,
+        in_place: 1,
         light_epoch: 1,
         ..<FrameUniforms as bytemuck::Zeroable>::zeroed()
     }

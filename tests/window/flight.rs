@@ -127,6 +127,18 @@ impl Flight {
         assert_eq!(status.code(), Some(0), "{arguments:?}");
     }
 
+    /// The screen, when it has not changed for a second.
+    pub fn screen_at_rest(&self, size: [u32; 2]) -> image::RgbImage {
+        let mut last = self.display.screen(size);
+        until("nothing moves on the screen", || {
+            std::thread::sleep(Duration::from_secs(1));
+            let now = self.display.screen(size);
+            let same = now == last && now.pixels().any(|p| p.0 != [0; 3]);
+            last = now;
+            same.then(|| last.clone())
+        })
+    }
+
     /// Keeps a picture of the screen for people, where `CUMULI_SCREENS` names a folder.
     pub fn keep_screen(&self, name: &str, size: [u32; 2]) {
         if let Some(folder) = std::env::var_os("CUMULI_SCREENS") {

@@ -27,7 +27,7 @@ fn running(plan: &FramePlan) -> Vec<Pass> {
 /// Plans a frame and notes it as made.
 fn frame(changes: &mut Changes, now: &FrameKey, sky: bool, grid: GridWork) -> FramePlan {
     changes.observe(now, sky, &grid);
-    let plan = FramePlan::new(changes, now, sky, &grid);
+    let plan = FramePlan::new(changes, now, sky, &grid, false);
     plan.made().iter().for_each(|product| changes.done(*product));
     plan
 }
@@ -55,6 +55,15 @@ fn a_part_of_a_solution_changes_no_picture() {
 }
 
 #[test]
+fn pixels_of_the_past_are_shaded_without_anything_else() {
+    let mut changes = after_a_frame();
+    changes.observe(&key(), false, &NONE);
+    let plan = FramePlan::new(&changes, &key(), false, &NONE, true);
+    assert_eq!(running(&plan), [Pass::Blend, Pass::Resolve, Pass::Tonemap]);
+    assert!(!plan.clouds_changed() && plan.makes(Product::Clouds));
+}
+
+#[test]
 fn a_turned_camera_keeps_lists_and_light() {
     let mut now = key();
     now.frame.forward = [1.0, 0.0, 0.0, 0.0];
@@ -63,6 +72,7 @@ fn a_turned_camera_keeps_lists_and_light() {
     for pass in [Pass::Sky, Pass::Rings, Pass::LightGrid, Pass::LightField] {
         assert!(!plan.runs(pass), "{pass:?}");
     }
+    assert!(plan.runs(Pass::Shadow), "what comes into view");
     assert!(plan.runs(Pass::Blend) && plan.runs(Pass::Resolve));
 }
 
@@ -107,6 +117,7 @@ fn what_is_out_of_view_waits_until_it_is_seen() {
     let plan = frame(&mut changes, &now, false, NONE);
     assert_eq!(running(&plan), [&shadows[..], &picture].concat());
     assert!(!plan.makes(Product::ScreenLists) && !plan.relit());
+    assert!(plan.runs(Pass::Shadow));
     // Turned back without anything else: what was left out so far is made, and no more.
     now.in_view.clouds = true;
     let plan = frame(&mut changes, &now, false, ALL);

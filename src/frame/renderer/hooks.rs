@@ -6,6 +6,7 @@ use crate::frame::composer::Composer;
 use crate::frame::cpu::light_grid::FieldSeen;
 use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight};
 use crate::frame::light_grid::LightGrid;
+use crate::frame::view::SCREEN_TILE;
 use crate::{Error, Result};
 
 impl Renderer {
@@ -38,6 +39,11 @@ impl Renderer {
         Ok(offsets.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect())
     }
 
+    /// Sides of those tiles, pixels.
+    pub fn tile_side(&self) -> u32 {
+        SCREEN_TILE * self.stride()
+    }
+
     /// Opacity-weighted distance of the clouds in every pixel of the last frame (m), read back; 0
     /// where there are none.
     pub fn distance(&self) -> Result<Vec<f32>> {
@@ -56,6 +62,7 @@ impl Renderer {
             self.grid = LightGrid::default();
         }
         self.composer = composer;
+        self.history.forget();
         self.changes.forget();
     }
 
@@ -78,6 +85,7 @@ impl Renderer {
 
     /// Takes nothing of the frames before over into the next: it is made as the first one is.
     pub fn forget(&mut self) {
+        self.history.forget();
         self.changes.forget();
         self.grid = LightGrid::default();
     }

@@ -9,6 +9,7 @@ use crate::frame::in_view::InView;
 use crate::frame::light_grid::{scale_field, scale_particles};
 use crate::frame::plan::Pass;
 use crate::frame::rings;
+use crate::frame::settings::Quality;
 use crate::frame::sky::{SkyInputs, SkyKind};
 use crate::frame::view::{self, Bounds};
 use crate::scene::{Scene, Sky};
@@ -46,7 +47,7 @@ impl Renderer {
                 size,
                 &self.truncation,
                 shift,
-                &self.quality,
+                &Quality { pixel_stride: self.stride(), ..self.quality },
                 capacity,
                 [has_clouds, has_shadows],
             ),
@@ -59,6 +60,7 @@ impl Renderer {
                 camera.position,
                 scene.effective_ground().map(|_| 0.0),
                 self.quality.shadow_resolution,
+                !self.make_unseen,
             ),
             in_view,
         })

@@ -8,31 +8,53 @@ use crate::frame::changes::{FrameKey, Product};
 use crate::frame::composer::ComposeInputs;
 use crate::frame::gpu_data::FrameUniforms;
 use crate::frame::light_grid::GridWork;
+use crate::frame::passes::Passes;
 use crate::frame::plan::{FramePlan, Pass};
 use crate::frame::resources::Resources;
+use crate::frame::reuse::{ReuseUniforms, Shading};
 use crate::frame::sky::SkyWork;
+use crate::gpu::Gpu;
 
 /// Epochs of light run from 1 to this and over: all of them are exact in f32. Buffers start with
 /// 0, which is none.
 const LAST_EPOCH: u32 = 1 << 24;
 
+/// What a frame does.
+pub(super) struct Work<'a> {
+    pub plan: &'a FramePlan,
+    pub key: &'a FrameKey,
+    pub sky: SkyWork,
+    pub grid: &'a GridWork,
+    /// Anchor of the light grid relative to the eye, m.
+    pub shift: DVec3,
+    pub shading: Shading,
+}
+
+/// The epoch after this one.
+fn next(epoch: u32) -> u32 {
+    epoch % LAST_EPOCH + 1
+}
+
 impl Renderer {
-    /// Records and submits a frame.
+    /// Records and submits a frame. `before`: how the frame before saw what this one sees.
     pub(super) fn record(
         &mut self,
         resources: &Resources,
-        plan: &FramePlan,
-        key: &FrameKey,
-        sky: SkyWork,
-        grid: &GridWork,
-        shift: DVec3,
+        work: &Work<'_>,
+        before: Option<ReuseUniforms>,
     ) -> Result<()> {
+        let &Work { plan, key, sky, grid, shift, shading } = work;
+        if plan.relit() {
+            self.light_epoch = next(self.light_epoch);
+        }
+        let (phase, in_place) = match shading {
+            Shading::All => (key.frame.phase, 1),
+            Shading::Still(phase) => (phase, 1),
+            Shading::Moving(phase) => (phase, 0),
+        };
+        let frame = FrameUniforms { light_epoch: self.light_epoch, phase, in_place, ..key.frame };
         let gpu = &self.gpu;
         let passes = &self.passes;
-        if plan.relit() {
-            self.light_epoch = self.light_epoch % LAST_EPOCH + 1;
-        }
-        let frame = FrameUniforms { light_epoch: self.light_epoch, ..key.frame };
         gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&frame));
         resources.write_view(gpu, &key.light);
         gpu.queue.write_buffer(&self.shadow.uniforms, 0, bytemuck::bytes_of(&key.shadow));
@@ -76,9 +98,20 @@ impl Renderer {
                 if pass == Pass::LightGrid {
                     return passes.light_grid.encode_solve(gpu, encoder, passes, &self.grid, grid);
                 }
+                if pass == Pass::Blend {
+                    let Some(field) = self.grid.bind_group() else { return };
+                    let groups = [tables, sky_bindings, field];
+                    if let Some(composer) = &self.composer {
+                        let inputs =
+                            ComposeInputs { resources, shadow: &self.shadow, phase: &self.phase };
+                        composer.encode(gpu, &mut compute_pass(encoder, pass), &inputs, groups);
+                        return;
+                    }
+                    return encode_blend(gpu, passes, encoder, resources, work, &before, groups);
+                }
                 let compute = &mut compute_pass(encoder, pass);
                 match pass {
-                    Pass::Sky | Pass::LightGrid => {}
+                    Pass::Sky | Pass::LightGrid | Pass::Blend => {}
                     Pass::LightField => {
                         passes.light_grid.encode_field(gpu, compute, &self.grid, shift);
                     }
@@ -111,22 +144,6 @@ impl Renderer {
                             key.shadow.maps,
                         );
                     }
-                    Pass::Blend => {
-                        let bindings = &resources.blend_bindings;
-                        if let Some(field) = self.grid.bind_group() {
-                            let groups = [tables, sky_bindings, field];
-                            if let Some(composer) = &self.composer {
-                                let inputs = ComposeInputs {
-                                    resources,
-                                    shadow: &self.shadow,
-                                    phase: &self.phase,
-                                };
-                                composer.encode(gpu, compute, &inputs, groups);
-                            } else {
-                                passes.blend.encode(compute, key.frame.size, bindings, groups);
-                            }
-                        }
-                    }
                     Pass::Resolve => {
                         let bindings = &resources.resolve_bindings;
                         passes.resolve.encode(
@@ -147,6 +164,32 @@ impl Renderer {
         self.stats.gather(&mut encoder, resources, grid_count);
         gpu.queue.submit([encoder.finish()]);
         Ok(())
+    }
+}
+
+/// Records the blend, and where it shades one pixel of every block only, what fills in the others.
+fn encode_blend(
+    gpu: &Gpu,
+    passes: &Passes,
+    encoder: &mut wgpu::CommandEncoder,
+    resources: &Resources,
+    work: &Work<'_>,
+    before: &Option<ReuseUniforms>,
+    groups: [&wgpu::BindGroup; 3],
+) {
+    let FrameUniforms { blocks: [columns, rows], stride, .. } = work.key.frame;
+    let in_place = &resources.blend_bindings;
+    let (bindings, pixels, reuse) = match (work.shading, &resources.reuse, before) {
+        (Shading::Moving(_), Some((job, bindings)), Some(before)) => {
+            (bindings, 1, Some((job, before)))
+        }
+        (Shading::All, ..) => (in_place, stride * stride, None),
+        _ => (in_place, 1, None),
+    };
+    let blocks = [columns, rows, pixels];
+    passes.blend.encode(&mut compute_pass(encoder, Pass::Blend), blocks, bindings, groups);
+    if let Some((job, before)) = reuse {
+        passes.reuse.encode(gpu, encoder, job, &resources.targets, before);
     }
 }
 

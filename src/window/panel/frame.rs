@@ -2,12 +2,14 @@
 
 use std::collections::VecDeque;
 
-use egui::{Grid, Ui};
+use egui::{Grid, Label, Ui};
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 
 use super::Report;
 use crate::frame::{FrameStats, Pass};
 
+/// Width and height of the plot, points.
+const PLOT: [f32; 2] = [300.0, 150.0];
 /// Pictures that the plot shows.
 const SHOWN: usize = 200;
 
@@ -50,7 +52,8 @@ pub(super) fn frame(ui: &mut Ui, report: &Report) {
 
 fn plot(ui: &mut Ui, history: &History) {
     Plot::new("passes over time")
-        .height(150.0)
+        .height(PLOT[1])
+        .width(PLOT[0])
         .legend(Legend::default())
         .include_y(0.0)
         .allow_drag(false)
@@ -75,7 +78,8 @@ fn passes(ui: &mut Ui, stats: &FrameStats) {
                 None if pass.ran => "ran".to_owned(),
                 None => "skipped".to_owned(),
             });
-            ui.label(&pass.reason);
+            // The panel is no wider for a long reason.
+            ui.add(Label::new(&pass.reason).truncate()).on_hover_text(&pass.reason);
             ui.end_row();
         }
     });

@@ -1,7 +1,8 @@
 //! The camera path.
 
-use egui::{Button, DragValue, Slider, Ui};
+use egui::{Button, ComboBox, DragValue, Slider, Ui};
 
+use super::Report;
 use crate::scene::limits;
 use crate::window::session::Session;
 use crate::window::wishes::Wish;
@@ -10,7 +11,7 @@ use crate::window::wishes::Wish;
 const LONGEST_STEP: f64 = 600.0;
 
 /// Recording, views one by one, flying along, saving.
-pub(super) fn path(ui: &mut Ui, session: &mut Session) {
+pub(super) fn path(ui: &mut Ui, session: &mut Session, report: &Report) {
     let (camera, now) = (session.fly.camera(), session.clock.time);
     let path = &mut session.path;
     ui.horizontal(|ui| {
@@ -40,6 +41,14 @@ pub(super) fn path(ui: &mut Ui, session: &mut Session) {
             path.clear();
         }
     });
+    ComboBox::from_label("a file").selected_text("choose").show_ui(ui, |ui| {
+        for path in &report.paths {
+            if ui.selectable_label(false, path.display().to_string()).clicked() {
+                session.wishes.push(Wish::Open(path.clone()));
+            }
+        }
+    });
+    let path = &mut session.path;
     ui.label(format!("{} keys, {:.1} s", path.len(), path.end()));
     let (mut time, end) = (path.time, path.end());
     if end > 0.0 {

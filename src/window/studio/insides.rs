@@ -7,7 +7,6 @@ use crate::Result;
 use crate::compare::error_image::heat;
 use crate::frame::cpu::rings;
 use crate::frame::population::Shapes;
-use crate::frame::view::SCREEN_TILE;
 use crate::frame::{Picture, Renderer};
 use crate::scene::{Camera, Scene};
 use crate::tables::TableSet;
@@ -46,9 +45,10 @@ pub(super) fn view(
     Ok(match inside {
         Inside::Lists => {
             let counts = renderer.tile_entries()?;
-            let columns = size[0].div_ceil(SCREEN_TILE);
+            let side = renderer.tile_side();
+            let columns = size[0].div_ceil(side);
             let of_pixel = |x: u32, y: u32| {
-                let tile = (y / SCREEN_TILE * columns + x / SCREEN_TILE) as usize;
+                let tile = (y / side * columns + x / side) as usize;
                 counts.get(tile).copied().unwrap_or(0) as f32
             };
             heat_map(size, of_pixel, "particles in a tile's list")

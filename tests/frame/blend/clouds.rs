@@ -108,7 +108,7 @@ impl Shadow {
             finest: reach,
             around_camera: false,
         };
-        let maps = shadow_uniforms(sun(), &bounds, DVec3::ZERO, None, SHADOW_TEXELS);
+        let maps = shadow_uniforms(sun(), &bounds, DVec3::ZERO, None, SHADOW_TEXELS, true);
         let texel = |i: u32| {
             let [x, y] = [i % SHADOW_TEXELS, i / SHADOW_TEXELS % SHADOW_TEXELS].map(f64::from);
             let first = 0.2 + 0.1 * (0.4 * x).sin() + 0.1 * (0.3 * y).cos();
