@@ -26,6 +26,10 @@ const LEAST_PART: f32 = 1e-6;
 const LEAST_TAU: f32 = 1e-20;
 const LOWER = vec4<f32>(0.0, 1.0, 2.0, 3.0);
 const UPPER = vec4<f32>(4.0, 5.0, 6.0, 7.0);
+// Cosine of the sun's zenith below which altitudes say nothing of where a ray is.
+const LEVEL: f32 = 1e-3;
+// Most of half the place of an eighth node: below a half by more than 16 bits round.
+const DEEP: f32 = 0.4999;
 // Texels around one that a look-up at its border reads, and one for rounding.
 const MARGIN: f32 = 2.0;
 
@@ -34,10 +38,10 @@ fn in_view(origin: vec3<f32>, towards: vec3<f32>, across: f32) -> bool {
     // Part of the ray at the altitudes of what is shadowed.
     var near = maps.nearest;
     var far = maps.nearest + maps.reach;
-    if frame.has_ground != 0u && towards.y > 1e-3 {
+    if frame.has_ground != 0u && towards.y > LEVEL {
         far = max(far, (origin.y - maps.lowest) / towards.y);
     }
-    if abs(towards.y) > 1e-3 {
+    if abs(towards.y) > LEVEL {
         let a = (origin.y - maps.lowest) / towards.y;
         let b = (origin.y - maps.highest) / towards.y;
         let slack = across / abs(towards.y);
@@ -218,8 +222,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
         eighth = select(at + (ENOUGH - reached) * thickness, enough_at, enough_at < FAR);
     }
     let eighth_share = saturate((eighth - maps.nearest) / maps.reach);
-    // Below a half by more than 16 bits round.
-    let rest = select(0.5 + 0.5 * exp(-depth), min(0.5 * eighth_share, 0.4999), depth > NODES_HIGH.z);
+    let rest = select(0.5 + 0.5 * exp(-depth), min(0.5 * eighth_share, DEEP), depth > NODES_HIGH.z);
     let low_share = saturate((low_nodes - maps.nearest) / maps.reach);
     let high_share = saturate((high_nodes - maps.nearest) / maps.reach);
     return ShadowNodes(low_share, vec4(high_share, rest));
