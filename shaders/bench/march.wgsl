@@ -17,15 +17,16 @@
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::quaternion::rotate
 #import cumuli::sky::ground_distance
+#import cumuli::sun_depth::sun_depth
 #import cumuli::table_sampler::table_sampler
 #ifdef LIT
 #import cumuli::gpu_data::ParticleLight
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
-#import cumuli::lighting::{depth_at, own_source, way_out}
+#import cumuli::lighting::own_source
 #import cumuli::scattering::scattering_source
 #else
 #import cumuli::gpu_data::LightView
-#import cumuli::light_lists::light_tile
+#import cumuli::light_view::light_tile
 #import cumuli::sky::{sky_ambient_above, sky_ambient_below, sun_irradiance_at}
 #endif
 
@@ -215,7 +216,9 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             var light = vec3(0.0);
 #ifdef LIT
             let seen = scattered_light(point - frame.grid_shift.xyz);
-            let path = frame.halo_share * (seen.w - log(max(transmittance, DARK)));
+            let depth = sun_depth(point);
+            let sunlight = exp(-depth);
+            let path = frame.halo_share * (depth - log(max(transmittance, DARK)));
             let order_once = phase_first * halo_factor(sun_row, path);
 #endif
             for (var entry = first; entry < list_end; entry++) {
@@ -245,16 +248,14 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
 #ifdef LIT
                 let lit = lights[index];
                 let alone = lit.ambient_below.w;
-                let front = depth_at(lit.sun_front, place);
-                let depth = front + particle.optical_radius * way_out(place, frame.sun.xyz);
-                var source = (1.0 - alone) * (seen.x + order_once * exp(-depth)) * lit.sun_irradiance.rgb
+                var source = (1.0 - alone) * (seen.x + order_once * sunlight) * lit.sun_irradiance.rgb
                     + seen.y * lit.ambient_above.rgb + (seen.z - seen.y) * lit.ambient_below.rgb;
                 if alone > 0.0 {
                     let entry_place = (part.x * view - particle.centre) / particle.radius;
                     // The chord's own optical depth, by the particle's mean density.
                     let visible = particle.optical_radius / particle.radius * (part.y - part.x);
                     let scattered = scattering_source(entry_place, view, frame.sun.xyz, particle.optical_radius / frame.delta_scale);
-                    source += alone * own_source(scattered, phase_once, visible, frame.delta_scale) * exp(-front) * lit.sun_irradiance.rgb;
+                    source += alone * own_source(scattered, phase_once, visible, frame.delta_scale) * exp(-lit.ambient_above.w) * lit.sun_irradiance.rgb;
                 }
                 light += own * source;
 #endif

@@ -4,6 +4,7 @@
 //
 // Workgroup contract: one invocation owns one particle slot and writes its key, value and rectangle.
 #import cumuli::gpu_data::{FrameUniforms, LightView, Particle}
+#import cumuli::light_view::warped
 #import cumuli::numerics::sortable
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
@@ -28,10 +29,10 @@ fn project(@builtin(global_invocation_id) id: vec3<u32>) {
     let particle = particles[id.x];
     let c = particle.centre;
     keys[id.x] = sortable(-dot(c, view.towards.xyz) - particle.radius);
-    let place = vec2(dot(c, view.axis_u.xyz), dot(c, view.axis_v.xyz)) - view.origin;
+    let place = vec2(dot(c, view.axis_u.xyz), dot(c, view.axis_v.xyz));
     let tiles = vec2<f32>(view.tiles);
-    let low = clamp(floor((place - particle.radius) * view.inverse_tile_size), vec2(0.0), tiles);
-    let high = clamp(floor((place + particle.radius) * view.inverse_tile_size) + 1.0, vec2(0.0), tiles);
+    let low = clamp(floor((warped(view, place - particle.radius) - view.origin) * view.inverse_tile_size), vec2(0.0), tiles);
+    let high = clamp(floor((warped(view, place + particle.radius) - view.origin) * view.inverse_tile_size) + 1.0, vec2(0.0), tiles);
     if any(low >= high) {
         return;
     }

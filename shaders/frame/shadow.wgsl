@@ -1,63 +1,229 @@
-// Shadow: transmittance of the clouds between the ground and the sun, from the sun's own lists, on
-// two square maps around the camera (a near fine one and a far coarse one).
-// Twin: src/frame/cpu/shadow.rs.
-//
-// Only texels that the picture may show are made, each once an epoch: when the camera turns, those
-// that come into view are added.
+// Shadow: deep shadow maps of the clouds, from the sun's own lists. Each texel marches along the
+// sun's ray as a pixel of the blend does along the eye's, and notes where each node's optical depth
+// is reached. What nothing in view can read is left out. Twin: src/frame/cpu/shadow.rs.
 //
 // Workgroup contract: one invocation owns one texel of one map.
-#import cumuli::atmosphere::PLANET_RADIUS
 #import cumuli::gpu_data::{FrameUniforms, LightView, Particle}
-#import cumuli::light_lists::{OPTICAL_DEPTH_LIMIT, light_tile, particle_occlusion}
-#import cumuli::shadow_maps::{ShadowTexel, ShadowUniforms, shadow_index, shadow_point}
+#import cumuli::light_view::light_tile
+#import cumuli::optical_depth::{copy_for, densities, march_from}
+#import cumuli::quaternion::rotate
+#import cumuli::shadow_maps::{BORDER, ENOUGH, NODES_HIGH, NODES_LOW, ShadowNodes, ShadowUniforms, pack_nodes}
 
-@group(0) @binding(0) var<uniform> view: LightView;
-@group(0) @binding(1) var<uniform> maps: ShadowUniforms;
-@group(0) @binding(2) var<storage, read> particles: array<Particle>;
-@group(0) @binding(3) var<storage, read> tile_offsets: array<u32>;
-@group(0) @binding(4) var<storage, read> tile_entries: array<u32>;
-@group(0) @binding(5) var<storage, read_write> shadows: array<ShadowTexel>;
-@group(0) @binding(6) var<uniform> frame: FrameUniforms;
+@group(0) @binding(0) var<uniform> frame: FrameUniforms;
+@group(0) @binding(1) var<uniform> view: LightView;
+@group(0) @binding(2) var<uniform> maps: ShadowUniforms;
+@group(0) @binding(3) var<storage, read> particles: array<Particle>;
+@group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
+@group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
+@group(0) @binding(6) var<storage, read_write> texels: array<vec4<u32>>; // map after map, row after row
 
-// Texels around a point of the picture that it is filtered from: less than one away along both axes.
-const FILTER: f32 = 1.5;
+const STEPS: u32 = #{STEPS}u; // bins in a radius
+const BINS: f32 = 8.0;               // of a block
+const FAR: f32 = 1e30;
+const LEAST_STEP: f32 = 1e-6;
+const LEAST_PART: f32 = 1e-6;
+// Optical depth of a bin below which it has none.
+const LEAST_TAU: f32 = 1e-20;
+const LOWER = vec4<f32>(0.0, 1.0, 2.0, 3.0);
+const UPPER = vec4<f32>(4.0, 5.0, 6.0, 7.0);
+// Cosine of the sun's zenith below which altitudes say nothing of where a ray is.
+const LEVEL: f32 = 1e-3;
+// Most of half the place of an eighth node: below a half by more than 16 bits round.
+const DEEP: f32 = 0.4999;
+// Texels around one that a look-up at its border reads, and one for rounding.
+const MARGIN: f32 = 2.0;
 
-// Whether the picture may show ground within a distance of a point of the plane of the maps: the
-// ground there is a sphere.
-fn in_view(point: vec3<f32>, margin: f32) -> bool {
-    let ground = point - vec3(0.0, dot(point.xz, point.xz) / (2.0 * PLANET_RADIUS), 0.0);
-    let ahead = dot(ground, frame.forward.xyz);
-    // Half widths of the picture at a distance of 1.
-    let sides = vec2(length(frame.right.xyz), length(frame.up.xyz));
-    let across = abs(vec2(dot(ground, frame.right.xyz), dot(ground, frame.up.xyz))) / sides;
-    return ahead > -margin && all(across - sides * ahead < margin * sqrt(1.0 + sides * sides));
+// Whether anything that the eye sees may lie on the ray, within so many metres across it.
+fn in_view(origin: vec3<f32>, towards: vec3<f32>, across: f32) -> bool {
+    // Part of the ray at the altitudes of what is shadowed.
+    var near = maps.nearest;
+    var far = maps.nearest + maps.reach;
+    if frame.has_ground != 0u && towards.y > LEVEL {
+        far = max(far, (origin.y - maps.lowest) / towards.y);
+    }
+    if abs(towards.y) > LEVEL {
+        let a = (origin.y - maps.lowest) / towards.y;
+        let b = (origin.y - maps.highest) / towards.y;
+        let slack = across / abs(towards.y);
+        near = max(near, min(a, b) - slack);
+        far = min(far, max(a, b) + slack);
+    }
+    if near > far {
+        return false;
+    }
+    let first = origin - near * towards;
+    let last = origin - far * towards;
+    // Planes through the eye; inside is where all are positive.
+    for (var side = 0u; side < 5u; side++) {
+        var normal = frame.forward.xyz;
+        switch side {
+            case 0u: { normal = length_squared(frame.right.xyz) * normal + frame.right.xyz; }
+            case 1u: { normal = length_squared(frame.right.xyz) * normal - frame.right.xyz; }
+            case 2u: { normal = length_squared(frame.up.xyz) * normal + frame.up.xyz; }
+            case 3u: { normal = length_squared(frame.up.xyz) * normal - frame.up.xyz; }
+            default: {}
+        }
+        if max(dot(first, normal), dot(last, normal)) < -across * length(normal) {
+            return false;
+        }
+    }
+    return true;
+}
+
+fn length_squared(v: vec3<f32>) -> f32 {
+    return dot(v, v);
+}
+
+// Part of the ray in a particle, from the sun on.
+fn span_of(centre: vec3<f32>, radius: f32, place: vec2<f32>) -> vec2<f32> {
+    let across = place - vec2(dot(centre, maps.axis_u.xyz), dot(centre, maps.axis_v.xyz));
+    let middle = -dot(centre, maps.towards.xyz);
+    let h2 = radius * radius - dot(across, across);
+    let h = sqrt(max(h2, 0.0));
+    return select(vec2(0.0, -FAR), vec2(middle - h, middle + h), h2 > 0.0);
 }
 
 @compute @workgroup_size(8, 8)
 fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= vec2(maps.resolution)) {
+    if any(id.xy >= vec2(maps.resolution)) || id.z >= maps.maps {
         return;
     }
-    let point = shadow_point(maps, id.z, id.xy);
-    // Small integers are exact as floats.
-    let epoch = f32(frame.shadow_epoch);
-    let index = shadow_index(maps, id.z, id.xy);
-    if shadows[index].epoch == epoch {
-        return;
+    let corner = maps.corner[id.z];
+    let place = corner.xy + (vec2<f32>(id.xy) + 0.5) * corner.z;
+    let towards = maps.towards.xyz;
+    let origin = place.x * maps.axis_u.xyz + place.y * maps.axis_v.xyz;
+    var nodes = ShadowNodes(vec4(1.0), vec4(1.0));
+    var wanted = in_view(origin, towards, MARGIN * corner.z);
+    if id.z > 0u {
+        // A finer map tells what lies here.
+        let finer = maps.corner[id.z - 1u];
+        let texel = (place - finer.xy) / finer.z - 0.5;
+        let margin = min(texel, f32(maps.resolution) - 1.0 - texel) - BORDER;
+        wanted = wanted && min(margin.x, margin.y) < MARGIN * corner.z / finer.z;
     }
-    if maps.seen_only != 0u && !in_view(point, FILTER * maps.corner[id.z].z / f32(maps.resolution)) {
-        return;
+    let tile = light_tile(view, origin);
+    if wanted && tile < view.tiles.x * view.tiles.y {
+        nodes = march(place, origin, tile, corner.z);
     }
-    let tile = light_tile(view, point);
-    var tau = 0.0;
-    if tile < view.tiles.x * view.tiles.y {
-        let end = min(tile_offsets[tile + 1u], arrayLength(&tile_entries));
-        for (var i = tile_offsets[tile]; i < end; i++) {
-            tau += particle_occlusion(particles[tile_entries[i]], view.towards.xyz, point).front;
-            if tau > OPTICAL_DEPTH_LIMIT {
+    texels[(id.z * maps.resolution + id.y) * maps.resolution + id.x] = pack_nodes(nodes);
+}
+
+fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNodes {
+    let towards = maps.towards.xyz;
+    let end = min(tile_offsets[tile + 1u], arrayLength(&tile_entries));
+    var low = tile_offsets[tile];
+    var cursor = -FAR;
+    var depth = 0.0;
+    var low_nodes = vec4(FAR);
+    var high_nodes = vec3(FAR);
+    var matter_begin = FAR;
+    var enough_at = FAR;
+    var last = 0.0; // where matter ends
+    let most = (end - low) * (2u * STEPS / u32(BINS) + 3u);
+    for (var block = 0u; block < most; block++) {
+        var begin = FAR;
+        var smallest = FAR;
+        var leading = true;
+        for (var entry = low; entry < end; entry++) {
+            let index = tile_entries[entry];
+            let centre = particles[index].centre;
+            let radius = particles[index].radius;
+            if -dot(centre, towards) - radius >= begin + smallest {
                 break;
             }
+            let span = span_of(centre, radius, place);
+            if span.y > max(span.x, cursor) {
+                leading = false;
+                begin = min(begin, max(span.x, cursor));
+                smallest = min(smallest, radius);
+            } else if leading {
+                low = entry + 1u;
+            }
+        }
+        if begin >= FAR {
+            break;
+        }
+        let step = max(smallest / f32(STEPS), LEAST_STEP * abs(begin));
+        let stop = begin + BINS * step;
+        var tau_low = vec4(0.0);
+        var tau_high = vec4(0.0);
+        for (var entry = low; entry < end; entry++) {
+            let index = tile_entries[entry];
+            let centre = particles[index].centre;
+            let radius = particles[index].radius;
+            if -dot(centre, towards) - radius >= stop {
+                break;
+            }
+            let span = span_of(centre, radius, place);
+            let a = max(span.x, begin);
+            let b = min(span.y, stop);
+            if b <= a {
+                continue;
+            }
+            let first = (a - begin) / step;
+            let part_end = max((b - begin) / step, first + LEAST_PART);
+            let low_first = clamp(vec4(first), LOWER, LOWER + 1.0);
+            let low_last = clamp(vec4(part_end), LOWER, LOWER + 1.0);
+            let high_first = clamp(vec4(first), UPPER, UPPER + 1.0);
+            let high_last = clamp(vec4(part_end), UPPER, UPPER + 1.0);
+            let bin_tau = particles[index].extinction * step;
+            var low_tau = bin_tau * (low_last - low_first);
+            var high_tau = bin_tau * (high_last - high_first);
+            let shape = particles[index].shape;
+            if shape != 0u {
+                let turn = particles[index].orientation;
+                let along = rotate(turn, -towards) * (step / radius);
+                let start = rotate(turn, (origin - begin * towards - centre) / radius);
+                let m = march_from(shape, start, along, copy_for(radius / texel));
+                low_tau *= densities(m, 0.5 * (low_first + low_last), low_last > low_first);
+                high_tau *= densities(m, 0.5 * (high_first + high_last), high_last > high_first);
+            }
+            tau_low += low_tau;
+            tau_high += high_tau;
+            last = max(last, b);
+        }
+        for (var bin = 0u; bin < u32(BINS); bin++) {
+            let i = bin & 3u;
+            let tau = select(tau_low[i], tau_high[i], bin >= 4u);
+            let next = depth + tau;
+            let front = begin + f32(bin) * step;
+            let thickness = step / max(tau, LEAST_TAU);
+            matter_begin = select(matter_begin, front, depth <= 0.0 && next > 0.0);
+            low_nodes = select(low_nodes, front + (NODES_LOW - depth) * thickness, (NODES_LOW >= vec4(depth)) & (NODES_LOW < vec4(next)));
+            high_nodes = select(high_nodes, front + (NODES_HIGH - depth) * thickness, (NODES_HIGH >= vec3(depth)) & (NODES_HIGH < vec3(next)));
+            enough_at = select(enough_at, front + (ENOUGH - depth) * thickness, depth < ENOUGH && next >= ENOUGH);
+            depth = next;
+        }
+        cursor = stop;
+        if depth >= ENOUGH {
+            break;
         }
     }
-    shadows[index] = ShadowTexel(exp(-tau), epoch);
+    if depth <= 0.0 {
+        return ShadowNodes(vec4(1.0), vec4(1.0));
+    }
+    var eighth = FAR;
+    if depth < NODES_LOW.x {
+        low_nodes = vec4(matter_begin, vec3(last));
+        high_nodes = vec3(last);
+    } else {
+        // Nodes that are not reached: where they would be if matter went on as it ended.
+        var reached = NODES_LOW.x;
+        var at = low_nodes.x;
+        for (var node = 1u; node < 7u; node++) {
+            let level = select(NODES_LOW[node & 3u], NODES_HIGH[min(node & 3u, 2u)], node >= 4u);
+            let place = select(low_nodes[node & 3u], high_nodes[min(node & 3u, 2u)], node >= 4u);
+            reached = select(reached, level, place < FAR);
+            at = select(at, place, place < FAR);
+        }
+        let thickness = max(last - at, 0.0) / max(depth - reached, LEAST_TAU);
+        low_nodes = select(low_nodes, at + (NODES_LOW - reached) * thickness, low_nodes >= vec4(FAR));
+        high_nodes = select(high_nodes, at + (NODES_HIGH - reached) * thickness, high_nodes >= vec3(FAR));
+        eighth = select(at + (ENOUGH - reached) * thickness, enough_at, enough_at < FAR);
+    }
+    let eighth_share = saturate((eighth - maps.nearest) / maps.reach);
+    let rest = select(0.5 + 0.5 * exp(-depth), min(0.5 * eighth_share, DEEP), depth > NODES_HIGH.z);
+    let low_share = saturate((low_nodes - maps.nearest) / maps.reach);
+    let high_share = saturate((high_nodes - maps.nearest) / maps.reach);
+    return ShadowNodes(low_share, vec4(high_share, rest));
 }

@@ -16,13 +16,10 @@ struct Particle {
     optical_radius: f32,     // extinction * radius * mean density of the shape
 }
 
-// Light that reaches one particle. Optical depths are those of the *other* particles, as an affine
-// function of the place in the particle: x + dot(yzw, (p - centre) / radius).
+// Light that reaches one particle.
 struct ParticleLight {
-    sun_front: vec4<f32>,      // towards the sun
-    sun_behind: vec4<f32>,     // away from the sun
-    sun_irradiance: vec4<f32>, // rgb, perpendicular to the beam, after the air
-    ambient_above: vec4<f32>,  // rgb, mean radiance of the sky over the particle
+    sun_irradiance: vec4<f32>, // rgb, perpendicular to the beam, after the air; w: epoch
+    ambient_above: vec4<f32>,  // rgb, mean radiance of the sky over the particle; w: optical depth of the others from its centre to the sun
     ambient_below: vec4<f32>,  // rgb, mean radiance of what lies below; w: how much it is alone
 }
 
@@ -51,9 +48,9 @@ struct FrameUniforms {
     stride: u32,               // sides of a block, pixels: 1 or 2
     phase: u32,                // which pixel of its block the blend shades; all where there is no such pixel
     in_place: u32,             // 1: the blend writes to the pixels, 0: to the blocks
-    shadow_epoch: u32,         // changes whenever the shadow of any place does; below 2^24
     padding_a: u32,
     padding_b: u32,
+    padding_c: u32,
 }
 
 // Place of a pixel in its block: no two in a row are neighbours in a row.
@@ -66,11 +63,11 @@ struct LightView {
     axis_u: vec4<f32>,     // xyz: picture x axis, world
     axis_v: vec4<f32>,     // xyz: picture y axis, world
     towards: vec4<f32>,    // xyz: towards the light
-    origin: vec2<f32>,     // m, picture coordinates of the corner of tile (0, 0)
+    origin: vec2<f32>,     // m, warped picture coordinates of the corner of tile (0, 0)
     tile_size: f32,        // m
     inverse_tile_size: f32,
     tiles: vec2<u32>,
-    receiver_samples: u32, // points per particle: 1, 2, 4 or 8
+    warp: f32,             // m, distance from the camera from which on tiles grow with it; 0: never
     padding_a: u32,
 }
 

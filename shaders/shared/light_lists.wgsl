@@ -2,7 +2,7 @@
 // particles themselves and for what lies below them (shadows). Twin: src/frame/cpu/light.rs.
 #define_import_path cumuli::light_lists
 
-#import cumuli::gpu_data::{LightView, Particle}
+#import cumuli::gpu_data::Particle
 #import cumuli::optical_depth::{chord_step, step_fraction}
 #import cumuli::quaternion::rotate
 
@@ -15,14 +15,6 @@ struct Occlusion {
 // Beyond this optical depth on both sides nothing that follows changes a bit of any picture:
 // exp(-80) is below the smallest radiance an f16 holds by 27 orders of magnitude.
 const OPTICAL_DEPTH_LIMIT: f32 = 80.0;
-
-// Tile of a light's picture that a point falls into, or one past the last where it falls outside.
-fn light_tile(view: LightView, point: vec3<f32>) -> u32 {
-    let place = (vec2(dot(point, view.axis_u.xyz), dot(point, view.axis_v.xyz)) - view.origin) * view.inverse_tile_size;
-    let inside = all(place >= vec2(0.0)) && all(place < vec2<f32>(view.tiles));
-    let tile = vec2<u32>(clamp(place, vec2(0.0), vec2<f32>(view.tiles)));
-    return select(view.tiles.x * view.tiles.y, tile.y * view.tiles.x + tile.x, inside);
-}
 
 // What one particle takes from a line of light, on both sides of a point on it.
 fn particle_occlusion(particle: Particle, towards: vec3<f32>, point: vec3<f32>) -> Occlusion {

@@ -4,15 +4,14 @@
 // The medium is delta-M scaled (src/medium/truncation.rs): light that is scattered within the
 // forward peak counts as not scattered, all extinctions here are smaller by that.
 // - Order 1: the whole phase function over the scaled medium (TMS, Nakajima and Tanaka 1988), and
-//   near the sun the halo of repeated peak scatterings (src/medium/halo.rs). The depth to the sun is
-//   the light grid's.
+//   near the sun the halo of repeated peak scatterings (src/medium/halo.rs). The depth to the sun is that of
+//   the deep shadow maps (sun_depth.wgsl).
 // - Higher orders, sky and ground light are the light grid's (light_field.wgsl).
 // - A particle alone is smaller than what the grid resolves: its own scattering table takes the
 //   place of sunlight in all orders, the more so the less other matter there is around it.
 // In uniform light J from all sides (albedo 1) the source is J whatever the particles are.
 #define_import_path cumuli::lighting
 
-#import cumuli::gpu_data::ParticleLight
 #import cumuli::numerics::mean_transmittance
 
 // Share of a particle in the matter on the sun's ray through its middle from which on its own table
@@ -27,17 +26,6 @@ const CROWD_END: f32 = 2.5;
 // Optical depth below which there is no matter at all: a share of nothing counts as none, and what
 // has no optical depth sends no light.
 const LEAST_DEPTH: f32 = 1e-20;
-
-// Affine optical depth at a place in the particle (in radii from its centre); never negative.
-fn depth_at(affine: vec4<f32>, place: vec3<f32>) -> f32 {
-    return max(affine.x + dot(affine.yzw, place), 0.0);
-}
-
-// Distance, in radii, from a place in the unit sphere to its surface along a direction.
-fn way_out(place: vec3<f32>, direction: vec3<f32>) -> f32 {
-    let along = dot(place, direction);
-    return max(sqrt(max(along * along + 1.0 - dot(place, place), 0.0)) - along, 0.0);
-}
 
 // How much of a particle's sunlight its own table tells: 0 among others, 1 alone. `others`: optical
 // depth of the others on the sun's ray through its middle; `crowd`: matter around it over its own.

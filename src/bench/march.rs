@@ -141,6 +141,8 @@ impl Composer for March {
             }
             MarchLight::Frame => {
                 bindings.push(resources.particle_lights.as_entire_binding());
+                bindings.push(inputs.shadow.uniforms.as_entire_binding());
+                bindings.push(inputs.shadow.texels.as_entire_binding());
                 &groups[..]
             }
         };

@@ -17,7 +17,7 @@ pub struct Setting {
 enum Name {
     Steps,
     TransmittanceStop,
-    LightSamples,
+    ShadowSteps,
     ShadowResolution,
     GridFineness,
     GridSlice,
@@ -29,7 +29,7 @@ enum Name {
 const NAMES: [(Name, &str, [f64; 2], bool); 8] = [
     (Name::Steps, "steps", [1.0, 32.0], true),
     (Name::TransmittanceStop, "transmittance_stop", [1e-6, 0.5], false),
-    (Name::LightSamples, "light_samples", [1.0, 8.0], true),
+    (Name::ShadowSteps, "shadow_steps", [1.0, 32.0], true),
     (Name::ShadowResolution, "shadow_resolution", [8.0, 2048.0], true),
     (Name::GridFineness, "grid_fineness", [0.25, 2.0], false),
     (Name::GridSlice, "grid_slice", [0.0, 1000.0], true),
@@ -54,10 +54,6 @@ impl FromStr for Setting {
         // NaN is in no range.
         if !(least..=most).contains(&value) || (whole && value.fract() != 0.0) {
             return Err(expected());
-        }
-        // The points where light is measured form regular bodies.
-        if name == Name::LightSamples && !(value as u32).is_power_of_two() {
-            return Err(format!("{label}: expected 1, 2, 4 or 8, found `{value}`"));
         }
         Ok(Self { name, value })
     }
@@ -106,7 +102,7 @@ impl Variant {
         match setting.name {
             Name::Steps => quality.steps = value as u32,
             Name::TransmittanceStop => quality.transmittance_stop = value as f32,
-            Name::LightSamples => quality.light_samples = value as u32,
+            Name::ShadowSteps => quality.shadow_steps = value as u32,
             Name::ShadowResolution => quality.shadow_resolution = value as u32,
             Name::GridFineness => quality.grid.fineness = value,
             Name::GridSlice => quality.grid.slice = value as u32,
@@ -123,9 +119,7 @@ impl Variant {
 
     /// Whether two of them light the clouds alike: the exact compositor then shows the same.
     pub fn lights_like(&self, other: &Self) -> bool {
-        self.quality.light_samples == other.quality.light_samples
-            && self.quality.grid == other.quality.grid
-            && self.tables == other.tables
+        self.quality.grid == other.quality.grid && self.tables == other.tables
     }
 }
 
@@ -136,9 +130,9 @@ const KNOBS: [&str; 12] = [
     "steps=12",
     "transmittance_stop=0.02",
     "transmittance_stop=0.0005",
-    "light_samples=1",
-    "light_samples=2",
-    "light_samples=8",
+    "shadow_steps=2",
+    "shadow_steps=8",
+    "shadow_resolution=512",
     "grid_fineness=0.5",
     "grid_fineness=1.4",
     "scale=0.75",
@@ -192,7 +186,7 @@ mod tests {
             ("stpes=3", "steps, transmittance_stop"),
             ("steps=0", "from 1 to 32"),
             ("steps=1.5", "a whole number"),
-            ("light_samples=3", "1, 2, 4 or 8"),
+            ("shadow_steps=33", "from 1 to 32"),
             ("scale=nan", "from 0.1 to 1"),
             ("scale=", "from 0.1 to 1"),
         ] {

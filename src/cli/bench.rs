@@ -46,7 +46,7 @@ pub struct BenchArgs {
     /// A preset that takes turns with the first, frame by frame; the ratio is told with its noise
     #[arg(long, value_enum, value_name = "PRESET")]
     pub against: Option<Preset>,
-    /// A number in place of the presets': steps, transmittance_stop, light_samples,
+    /// A number in place of the presets': steps, transmittance_stop, shadow_steps,
     /// shadow_resolution, grid_fineness, or scale (of curves); may be given again
     #[arg(long, value_name = "NAME=NUMBER")]
     pub set: Vec<Setting>,

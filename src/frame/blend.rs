@@ -1,6 +1,7 @@
 //! Blend: each pixel marches through its tile's particles, near to far, and composes them volume-aware.
 
 use super::picture_lists::PictureLists;
+use super::shadow::ShadowJob;
 use super::view::SCREEN_TILE;
 use crate::Result;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary};
@@ -22,6 +23,8 @@ pub struct BlendInputs<'a> {
     pub lights: &'a wgpu::Buffer,
     /// The screen's lists.
     pub lists: &'a PictureLists,
+    /// Deep shadow maps.
+    pub shadow: &'a ShadowJob,
     /// Two words: table look-ups, pixels in tiles with particles.
     pub counts: &'a wgpu::Buffer,
 }
@@ -58,6 +61,8 @@ impl BlendPass {
                 inputs.counts.as_entire_binding(),
                 wgpu::BindingResource::TextureView(clouds),
                 wgpu::BindingResource::TextureView(distance),
+                inputs.shadow.uniforms.as_entire_binding(),
+                inputs.shadow.texels.as_entire_binding(),
             ],
         )
     }

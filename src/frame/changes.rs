@@ -62,7 +62,7 @@ pub enum Product {
     LightLists,
     /// Light of the particles in view.
     Light,
-    /// The shadow maps.
+    /// The deep shadow maps.
     Shadow,
     /// Clouds of every pixel.
     Clouds,
@@ -89,6 +89,7 @@ impl Product {
             Self::ScreenLists => &[Input::Particles, Input::Camera],
             Self::LightLists => &[Input::Particles, Input::Sun],
             Self::Light => &[Input::Particles, Input::Camera, Input::Sun, Input::Sky, Input::Grid],
+            // Only what the eye may see is made.
             Self::Shadow => &[Input::Particles, Input::Camera, Input::Sun, Input::ShadowMaps],
             Self::Clouds => &[
                 Input::Particles,
@@ -96,6 +97,7 @@ impl Product {
                 Input::Sun,
                 Input::Sky,
                 Input::Grid,
+                Input::ShadowMaps,
                 Input::Field,
             ],
             Self::Picture => &[Input::Camera, Input::Sky],

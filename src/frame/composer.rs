@@ -3,12 +3,15 @@
 
 use super::plan::Pass;
 use super::resources::Resources;
+use super::shadow::ShadowJob;
 use crate::gpu::Gpu;
 
 /// What a composer reads and writes.
 pub struct ComposeInputs<'a> {
     /// Particles, lists, targets of this frame.
     pub resources: &'a Resources,
+    /// Deep shadow maps.
+    pub shadow: &'a ShadowJob,
     /// `PhaseParams`.
     pub phase: &'a wgpu::Buffer,
 }

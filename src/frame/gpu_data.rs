@@ -49,15 +49,11 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// Light that reaches one particle: optical depths of the others, affine in the place in radii.
+    /// Light that reaches one particle.
     ParticleLight {
-        /// Towards the sun.
-        sun_front: [f32; 4],
-        /// Away from the sun.
-        sun_behind: [f32; 4],
-        /// Perpendicular irradiance after the air, rgb.
+        /// Perpendicular irradiance after the air, rgb; epoch.
         sun_irradiance: [f32; 4],
-        /// Mean radiance of the sky above, rgb.
+        /// Mean radiance of the sky above, rgb; optical depth of the others from the centre to the sun.
         ambient_above: [f32; 4],
         /// Mean radiance of what lies below, rgb.
         ambient_below: [f32; 4],
@@ -113,12 +109,12 @@ gpu_struct! {
         phase: u32,
         /// 1: the blend writes to the pixels, 0: to the blocks.
         in_place: u32,
-        /// Changes whenever the shadow of any place does; below 2^24.
-        shadow_epoch: u32,
         /// Unused.
         padding_a: u32,
         /// Unused.
         padding_b: u32,
+        /// Unused.
+        padding_c: u32,
     }
 }
 
@@ -131,7 +127,7 @@ gpu_struct! {
         axis_v: [f32; 4],
         /// Towards the light.
         towards: [f32; 4],
-        /// m, corner of tile (0, 0) in the picture.
+        /// m, corner of tile (0, 0) in the warped picture.
         origin: [f32; 2],
         /// m.
         tile_size: f32,
@@ -139,8 +135,8 @@ gpu_struct! {
         inverse_tile_size: f32,
         /// Tiles across and up.
         tiles: [u32; 2],
-        /// Points per particle: 1, 2, 4 or 8.
-        receiver_samples: u32,
+        /// m, distance from the camera from which on tiles grow with it; 0: never.
+        warp: f32,
         /// Unused.
         padding_a: u32,
     }
@@ -286,25 +282,32 @@ gpu_struct! {
     }
 }
 
-gpu_struct! {
-    /// A texel of a shadow map.
-    ShadowTexel {
-        /// Of the clouds.
-        transmittance: f32,
-        /// Of the frame that made it.
-        epoch: f32,
-    }
-}
+/// Most deep shadow maps; as in the shader.
+pub const SHADOW_MAPS: usize = 8;
 
 gpu_struct! {
-    /// The two shadow maps on the ground.
+    /// Where the deep shadow maps lie; see `shaders/shared/shadow_maps.wgsl`.
     ShadowUniforms {
-        /// x, y: corner (x and z, m, relative to the camera); z: side, m.
-        corner: [[f32; 4]; 2],
+        /// Maps' x axis.
+        axis_u: [f32; 4],
+        /// Maps' y axis.
+        axis_v: [f32; 4],
+        /// Towards the sun.
+        towards: [f32; 4],
+        /// x, y: corner (m, relative to the camera); z: a texel, m; fine to coarse.
+        corner: [[f32; 4]; SHADOW_MAPS],
+        /// m, where matter begins on the sun's way, from the plane through the camera.
+        nearest: f32,
+        /// m, from there to where it ends.
+        reach: f32,
+        /// m, lowest altitude of what is shadowed, relative to the camera.
+        lowest: f32,
+        /// m, highest.
+        highest: f32,
         /// Texels a side.
         resolution: u32,
-        /// m, altitude of the ground relative to the camera.
-        ground: f32,
+        /// Maps in use.
+        maps: u32,
         /// 1: only what the picture may show is made.
         seen_only: u32,
         /// Unused.
@@ -364,7 +367,7 @@ mod tests {
             CloudUniforms,
             ParticleCount
         );
-        check!(&shadow, ShadowUniforms, ShadowTexel);
+        check!(&shadow, ShadowUniforms);
         let grid = text(include_str!("../../shaders/shared/light_grid_data.wgsl"));
         check!(&grid, GridLevel, LightGridUniforms, GridEye, GridStage);
     }

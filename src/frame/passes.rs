@@ -27,7 +27,7 @@ pub struct Passes {
     pub light: LightPass,
     /// Light among the clouds.
     pub light_grid: LightGridPass,
-    /// Shadows on the ground.
+    /// Deep shadow maps.
     pub shadow: ShadowPass,
     /// Particles to pixels.
     pub blend: BlendPass,
@@ -59,7 +59,7 @@ impl Passes {
             light_project: ProjectPass::light(gpu, library)?,
             light,
             light_grid,
-            shadow: ShadowPass::new(gpu, library, tables)?,
+            shadow: ShadowPass::new(gpu, library, quality.shadow_steps, tables)?,
             blend,
             reuse: ReusePass::new(gpu, library)?,
             resolve: ResolvePass::new(gpu, library, tables, sky)?,

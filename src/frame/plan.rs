@@ -22,7 +22,7 @@ pub enum Pass {
     LightField,
     /// Occlusion and colour of the light at each particle.
     Light,
-    /// Shadow maps on the ground.
+    /// Deep shadow maps.
     Shadow,
     /// Particles to pixels.
     Blend,
@@ -85,7 +85,6 @@ pub struct FramePlan {
     decisions: Vec<Decision>,
     made: Vec<Product>,
     relit: bool,
-    reshaded: bool,
     clouds_changed: bool,
     has_particles: bool,
     has_clouds: bool,
@@ -102,13 +101,12 @@ impl FramePlan {
         unfinished: bool,
     ) -> Self {
         let empty = now.is_empty();
-        // Only what is shown is made: clouds, and shadows where there is ground to see.
+        // Only what is shown is made: clouds, and shadows where there is anything to see them on.
         let has_clouds = !empty && now.in_view.clouds;
         let has_shadows = !empty && now.in_view.ground;
         let has_particles = has_clouds || has_shadows;
         let stale = |product| changes.is_stale(product, None);
         let relit = has_clouds && changes.is_stale(Product::Light, Some(Input::Camera));
-        let reshaded = has_shadows && changes.is_stale(Product::Shadow, Some(Input::Camera));
         let mut made = Vec::new();
         let clouds_changed = has_clouds && stale(Product::Clouds);
         let mut make = |product, needed: bool| {
@@ -121,7 +119,7 @@ impl FramePlan {
         let screen = make(Product::ScreenLists, has_clouds);
         let light_lists = make(Product::LightLists, has_particles);
         let light = make(Product::Light, has_clouds);
-        let shadow = make(Product::Shadow, has_shadows);
+        let shadow = make(Product::Shadow, has_particles);
         let clouds = make(Product::Clouds, has_clouds);
         let picture = stale(Product::Picture) || shadow || clouds;
         made.extend(picture.then_some(Product::Picture));
@@ -166,19 +164,15 @@ impl FramePlan {
         decide(
             Pass::Shadow,
             shadow,
-            if reshaded { "particles, sun or maps changed" } else { "other ground may be in view" },
-            match (now.frame.has_ground, has_shadows) {
-                (0, _) => "the scene has no ground",
-                (_, false) => unless_empty("no ground is in view"),
-                _ => "shadows unchanged",
-            },
+            "particles, sun or camera changed",
+            or_unneeded("shadows unchanged"),
         );
         let blended_why = if clouds_changed { moved } else { "pixels of the past" };
         decide(Pass::Blend, clouds, blended_why, or_unseen("clouds unchanged"));
         for pass in [Pass::Resolve, Pass::Tonemap] {
             decide(pass, picture, "something changed", "picture unchanged");
         }
-        Self { decisions, made, relit, reshaded, clouds_changed, has_particles, has_clouds }
+        Self { decisions, made, relit, clouds_changed, has_particles, has_clouds }
     }
 
     /// The plan with one pass left out, for showing what it does.
@@ -219,11 +213,6 @@ impl FramePlan {
     /// Whether the light of particles that were lit before has changed.
     pub fn relit(&self) -> bool {
         self.relit
-    }
-
-    /// Whether shadows that were made before have changed.
-    pub fn reshaded(&self) -> bool {
-        self.reshaded
     }
 
     /// Whether the clouds in the picture have changed.

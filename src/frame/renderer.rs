@@ -63,7 +63,6 @@ pub struct Renderer {
     changes: Changes,
     history: History,
     light_epoch: u32,
-    shadow_epoch: u32,
 }
 
 impl Renderer {
@@ -122,7 +121,6 @@ impl Renderer {
             changes: Changes::default(),
             history: History::default(),
             light_epoch: 0,
-            shadow_epoch: 0,
         })
     }
 

@@ -38,11 +38,11 @@ impl ResolvePass {
             gpu,
             &[
                 frame.as_entire_binding(),
-                shadow.uniforms.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&targets.clouds),
                 wgpu::BindingResource::TextureView(&targets.distance),
-                shadow.maps.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&picture),
+                shadow.uniforms.as_entire_binding(),
+                shadow.texels.as_entire_binding(),
             ],
         )
     }

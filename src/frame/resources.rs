@@ -175,6 +175,7 @@ impl Resources {
             particles: &particles,
             lights: &particle_lights,
             lists: &screen,
+            shadow,
             counts: &blend_counts,
         };
         let blend_bindings = passes.blend.bind(gpu, &inputs, [&targets.clouds, &targets.distance]);

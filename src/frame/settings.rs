@@ -99,11 +99,11 @@ pub struct Quality {
     pub steps: u32,
     /// A pixel is finished below this transmittance.
     pub transmittance_stop: f32,
-    /// Points per particle where light is measured: 1, 2, 4 or 8.
-    pub light_samples: u32,
+    /// Steps of the sun's march in a radius of the smallest particle at hand.
+    pub shadow_steps: u32,
     /// Sides of a block of pixels, of which a frame that follows another shades one: 1 or 2.
     pub pixel_stride: u32,
-    /// Texels a side of the shadow maps.
+    /// Texels a side of the deep shadow maps.
     pub shadow_resolution: u32,
     /// The light grid.
     pub grid: GridSettings,
@@ -128,7 +128,7 @@ impl Preset {
             Self::Low => Quality {
                 steps: 3,
                 transmittance_stop: 0.02,
-                light_samples: 1,
+                shadow_steps: 2,
                 pixel_stride: 1,
                 shadow_resolution: 96,
                 grid: GridSettings { fineness: 0.5, turns: [9, 5], slice: 0 },
@@ -136,7 +136,7 @@ impl Preset {
             Self::Medium => Quality {
                 steps: 4,
                 transmittance_stop: 0.01,
-                light_samples: 2,
+                shadow_steps: 3,
                 pixel_stride: 1,
                 shadow_resolution: 160,
                 grid: GridSettings { fineness: 0.7, turns: [17, 5], slice: 0 },
@@ -144,7 +144,7 @@ impl Preset {
             Self::High => Quality {
                 steps: 6,
                 transmittance_stop: 0.004,
-                light_samples: 4,
+                shadow_steps: 4,
                 pixel_stride: 1,
                 shadow_resolution: 256,
                 grid: GridSettings { fineness: 1.0, turns: [17, 9], slice: 0 },
@@ -152,7 +152,7 @@ impl Preset {
             Self::Ultra => Quality {
                 steps: 10,
                 transmittance_stop: 0.0005,
-                light_samples: 8,
+                shadow_steps: 6,
                 pixel_stride: 1,
                 shadow_resolution: 512,
                 grid: GridSettings { fineness: 1.4, turns: [33, 17], slice: 0 },

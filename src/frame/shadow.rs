@@ -1,14 +1,14 @@
-//! Shadow: transmittance of the clouds between the ground and the sun, on two square maps.
+//! Shadow: deep shadow maps of the clouds, seen from the sun.
 
-use super::gpu_data::{ShadowTexel, ShadowUniforms};
+use super::gpu_data::{SHADOW_MAPS, ShadowUniforms};
 use super::picture_lists::PictureLists;
 use crate::Result;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
 
 /// Side of a workgroup; as in the shader.
 const WORKGROUP: u32 = 8;
-/// The near map and the far one.
-const MAPS: u32 = 2;
+/// Bytes of a texel.
+const TEXEL_BYTES: usize = 16;
 
 /// The pipeline.
 pub struct ShadowPass {
@@ -19,28 +19,34 @@ pub struct ShadowPass {
 pub struct ShadowJob {
     /// Where the maps lie.
     pub uniforms: wgpu::Buffer,
-    /// `ShadowTexel`s of both maps.
-    pub maps: wgpu::Buffer,
+    /// Nodes of each texel: map after map, row after row.
+    pub texels: wgpu::Buffer,
     resolution: u32,
 }
 
 impl ShadowPass {
-    /// Compiles the pass; it reads the tables (group 1).
-    pub fn new(gpu: &Gpu, library: &ShaderLibrary, tables: &wgpu::BindGroupLayout) -> Result<Self> {
+    /// Compiles the pass with `steps` steps in a radius; it reads the tables (group 1).
+    pub fn new(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        steps: u32,
+        tables: &wgpu::BindGroupLayout,
+    ) -> Result<Self> {
         let file = crate::shader_file!("frame/shadow.wgsl");
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[tables])? })
+        let defs = [("STEPS", steps)];
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, &[tables])? })
     }
 
     /// Makes the maps.
     pub fn job(&self, gpu: &Gpu, resolution: u32) -> ShadowJob {
-        let texels = (MAPS * resolution * resolution) as usize;
-        let maps = buffers::storage(gpu, "shadow maps", texels, size_of::<ShadowTexel>());
+        let count = resolution as usize * resolution as usize * SHADOW_MAPS;
+        let texels = buffers::storage(gpu, "shadow maps", count, TEXEL_BYTES);
         let uniforms = buffers::uniform(
             gpu,
             "shadow places",
             &<ShadowUniforms as bytemuck::Zeroable>::zeroed(),
         );
-        ShadowJob { uniforms, maps, resolution }
+        ShadowJob { uniforms, texels, resolution }
     }
 
     /// Binds the sun's lists.
@@ -56,13 +62,13 @@ impl ShadowPass {
         self.kernel.bind(
             gpu,
             &[
+                frame.as_entire_binding(),
                 view.as_entire_binding(),
                 job.uniforms.as_entire_binding(),
                 particles.as_entire_binding(),
                 lists.lists.tile_offsets.as_entire_binding(),
                 lists.lists.tile_entries.as_entire_binding(),
-                job.maps.as_entire_binding(),
-                frame.as_entire_binding(),
+                job.texels.as_entire_binding(),
             ],
         )
     }
@@ -74,18 +80,19 @@ impl ShadowPass {
         job: &ShadowJob,
         bindings: &wgpu::BindGroup,
         tables: &wgpu::BindGroup,
+        maps: u32,
     ) {
         let groups = job.resolution.div_ceil(WORKGROUP);
         pass.set_pipeline(self.kernel.pipeline("shadow"));
         pass.set_bind_group(0, bindings, &[]);
         pass.set_bind_group(1, tables, &[]);
-        pass.dispatch_workgroups(groups, groups, MAPS);
+        pass.dispatch_workgroups(groups, groups, maps);
     }
 }
 
 impl ShadowJob {
     /// Device memory, bytes.
     pub fn bytes(&self) -> u64 {
-        self.maps.size()
+        self.texels.size()
     }
 }

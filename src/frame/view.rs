@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::gpu_data::{FrameUniforms, LightView, ShadowUniforms};
+use super::gpu_data::{FrameUniforms, LightView, SHADOW_MAPS, ShadowUniforms};
 use super::settings::Quality;
 use crate::medium::Truncation;
 use crate::scene::{Camera, Scene, Sky};
@@ -15,8 +15,15 @@ const MOST_LIGHT_TILES: f64 = 160.0;
 /// Radiance of a sunlit white cloud in units of the sun's irradiance is about 0.8 / pi at best;
 /// this factor puts it near the top of the tone curve at an exposure of 0 EV.
 pub const BASE_EXPOSURE: f64 = 5.0;
-/// Side of the near shadow map, m.
-const NEAR_SHADOW_SIDE: f64 = 8000.0;
+/// Least side of a light's tile, in radii of a typical particle.
+const LEAST_LIGHT_TILE: f64 = 1.0;
+/// Distance from which on a light's tiles grow, in radii of a typical particle: those of a field's
+/// rings grow so too.
+const WARP_DETAILS: f64 = 24.0;
+/// Texels of the finest shadow map in a radius of the smallest particle.
+const TEXELS_PER_RADIUS: f64 = 8.0;
+/// Texels at the borders of a shadow map that the next one shows, both sides together.
+const SHADOW_BORDER_TEXELS: f64 = 6.0;
 
 /// A box in the world that holds all particles, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +34,10 @@ pub struct Bounds {
     pub high: DVec3,
     /// Radius of a typical particle, m: the size of a light's tiles follows it.
     pub detail: f64,
+    /// Radius of the smallest particle, m: the finest shadow map shows it.
+    pub finest: f64,
+    /// Whether particles lie around the camera, the larger the farther away.
+    pub around_camera: bool,
 }
 
 fn four(v: DVec3) -> [f32; 4] {
@@ -80,76 +91,124 @@ pub fn frame_uniforms(
         stride,
         phase: stride * stride,
         in_place: 1,
-        shadow_epoch: 0,
         padding_a: 0,
         padding_b: 0,
+        padding_c: 0,
     }
 }
 
-/// The picture of a box along the lines of a light.
-pub fn light_view(
-    towards: DVec3,
-    bounds: &Bounds,
-    camera: DVec3,
-    receiver_samples: u32,
-) -> LightView {
+/// The axes of the picture along the lines of a light.
+fn picture_axes(towards: DVec3) -> [DVec3; 2] {
     let sideways = DVec3::Y.cross(towards);
     // Straight up or down any horizontal axis does.
     const PARALLEL: f64 = 1e-6;
     let axis_u = if sideways.length() > PARALLEL { sideways.normalize() } else { DVec3::X };
-    let axis_v = towards.cross(axis_u).normalize();
-    let project = |p: DVec3| DVec2::new(p.dot(axis_u), p.dot(axis_v));
-    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    for corner in 0..8u32 {
+    [axis_u, towards.cross(axis_u).normalize()]
+}
+
+/// The corners of a box relative to a point.
+fn corners(bounds: &Bounds, from: DVec3) -> impl Iterator<Item = DVec3> {
+    let (low, high) = (bounds.low - from, bounds.high - from);
+    (0..8u32).map(move |corner| {
         let pick = |bit: u32, a: f64, b: f64| if corner & bit == 0 { a } else { b };
-        let p = project(DVec3::new(
-            pick(1, bounds.low.x, bounds.high.x),
-            pick(2, bounds.low.y, bounds.high.y),
-            pick(4, bounds.low.z, bounds.high.z),
-        ));
-        low = low.min(p);
-        high = high.max(p);
+        DVec3::new(pick(1, low.x, high.x), pick(2, low.y, high.y), pick(4, low.z, high.z))
+    })
+}
+
+/// Picture coordinates (m, relative to the camera), warped so that tiles grow with the distance;
+/// twin of `warped` in `shaders/shared/light_view.wgsl`.
+pub fn warped(place: DVec2, warp: f64) -> DVec2 {
+    if warp <= 0.0 { place } else { (place / warp).map(f64::asinh) * warp }
+}
+
+/// The inverse of [`warped`].
+pub fn unwarped(place: DVec2, warp: f64) -> DVec2 {
+    if warp <= 0.0 { place } else { (place / warp).map(f64::sinh) * warp }
+}
+
+/// The picture of a box along the lines of a light.
+pub fn light_view(towards: DVec3, bounds: &Bounds, camera: DVec3) -> LightView {
+    let [axis_u, axis_v] = picture_axes(towards);
+    let warp = if bounds.around_camera { WARP_DETAILS * bounds.detail } else { 0.0 };
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for p in corners(bounds, camera) {
+        let place = warped(DVec2::new(p.dot(axis_u), p.dot(axis_v)), warp);
+        low = low.min(place);
+        high = high.max(place);
     }
     let extent = (high - low).max_element().max(1e-3);
-    let tile = (2.0 * bounds.detail).max(extent / (MOST_LIGHT_TILES - 2.0));
-    // Whole tiles of the world: shadows don't crawl when the box moves with the camera.
-    let first = (low / tile).floor();
+    let tile = (LEAST_LIGHT_TILE * bounds.detail).max(extent / (MOST_LIGHT_TILES - 2.0));
     // One tile more than the box is wide: the grid's size does not depend on where the box lies.
     let tiles =
         (((high - low) / tile).ceil() + 1.0).clamp(DVec2::ONE, DVec2::splat(MOST_LIGHT_TILES));
-    let origin = (first * tile - project(camera)).as_vec2();
     LightView {
         axis_u: four(axis_u),
         axis_v: four(axis_v),
         towards: four(towards),
-        origin: origin.to_array(),
+        origin: (low - 0.5 * tile).as_vec2().to_array(),
         tile_size: tile as f32,
         inverse_tile_size: (1.0 / tile) as f32,
         tiles: [tiles.x as u32, tiles.y as u32],
-        receiver_samples,
+        warp: warp as f32,
         padding_a: 0,
     }
 }
 
-/// The two shadow maps around the camera, on whole texels of the world.
+/// Deep shadow maps of a box, around the camera and on whole texels of the world: shadows don't crawl
+/// when the camera moves. The coarsest holds the box, each finer one half of it, up to texels that
+/// show the smallest particle. `seen_only`: texels that the picture cannot show are left out.
+#[expect(clippy::too_many_arguments, reason = "everything the maps depend on")]
 pub fn shadow_uniforms(
-    camera: DVec3,
+    towards: DVec3,
     bounds: &Bounds,
+    camera: DVec3,
+    ground: Option<f64>,
     resolution: u32,
     seen_only: bool,
 ) -> ShadowUniforms {
-    let around = DVec2::new(camera.x, camera.z);
-    let reach = (bounds.high - bounds.low).max_element();
-    let map = |side: f64| {
-        let texel = side / f64::from(resolution);
-        let corner = ((around - 0.5 * side) / texel).floor() * texel - around;
-        [corner.x as f32, corner.y as f32, side as f32, 0.0]
-    };
+    let [axis_u, axis_v] = picture_axes(towards);
+    let project = |p: DVec3| DVec2::new(p.dot(axis_u), p.dot(axis_v));
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let (mut nearest, mut farthest) = (f64::INFINITY, f64::NEG_INFINITY);
+    for p in corners(bounds, camera) {
+        low = low.min(project(p));
+        high = high.max(project(p));
+        nearest = nearest.min(-p.dot(towards));
+        farthest = farthest.max(-p.dot(towards));
+    }
+    let world = project(camera);
+    let texels = f64::from(resolution) - SHADOW_BORDER_TEXELS;
+    let mut middle = 0.5 * (low + high);
+    let mut side = (high - low).max_element().max(1e-3);
+    let mut uniforms = <ShadowUniforms as bytemuck::Zeroable>::zeroed();
+    let mut corners = Vec::new();
+    loop {
+        let texel = side / texels;
+        let corner = middle - 0.5 * f64::from(resolution) * texel;
+        let corner = ((corner + world) / texel).floor() * texel - world;
+        corners.push([corner.x as f32, corner.y as f32, texel as f32, 0.0]);
+        if corners.len() == SHADOW_MAPS || texel <= bounds.finest / TEXELS_PER_RADIUS {
+            break;
+        }
+        // The next one around the camera, as far as it is within this one.
+        middle = DVec2::ZERO.clamp(middle - 0.25 * side, middle + 0.25 * side);
+        side *= 0.5;
+    }
+    uniforms.maps = corners.len() as u32;
+    for (slot, corner) in uniforms.corner.iter_mut().zip(corners.into_iter().rev()) {
+        *slot = corner;
+    }
+    let lowest = ground.map_or(bounds.low.y, |g| g.min(bounds.low.y)) - camera.y;
     ShadowUniforms {
-        corner: [map(NEAR_SHADOW_SIDE.min(reach.max(1.0))), map((1.2 * reach).max(1.0))],
+        axis_u: four(axis_u),
+        axis_v: four(axis_v),
+        towards: four(towards),
+        nearest: nearest as f32,
+        reach: (farthest - nearest).max(1e-6) as f32,
+        lowest: lowest as f32,
+        highest: (bounds.high.y - camera.y) as f32,
         resolution,
-        ground: -camera.y as f32,
         seen_only: u32::from(seen_only),
-        padding_b: 0,
+        ..uniforms
     }
 }

@@ -161,6 +161,13 @@ fn binding_type(space: AddressSpace, inner: &TypeInner) -> Option<wgpu::BindingT
                         multisampled: false,
                     }
                 }
+                ImageClass::Sampled { kind: naga::ScalarKind::Uint, multi: false } => {
+                    wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Uint,
+                        view_dimension,
+                        multisampled: false,
+                    }
+                }
                 ImageClass::Storage { format, .. } => wgpu::BindingType::StorageTexture {
                     access: wgpu::StorageTextureAccess::WriteOnly,
                     format: storage_format(*format)?,
@@ -177,6 +184,7 @@ fn storage_format(format: naga::StorageFormat) -> Option<wgpu::TextureFormat> {
     Some(match format {
         naga::StorageFormat::R32Float => wgpu::TextureFormat::R32Float,
         naga::StorageFormat::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
+        naga::StorageFormat::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
         naga::StorageFormat::Rgba16Float => wgpu::TextureFormat::Rgba16Float,
         naga::StorageFormat::Rgba8Unorm => wgpu::TextureFormat::Rgba8Unorm,
         _ => return None,

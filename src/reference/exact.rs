@@ -17,12 +17,15 @@ use crate::frame::population::Shapes;
 use crate::frame::renderer::sky_inputs;
 use crate::medium::VOLUME_CELL;
 use crate::scene::{Scene, Sky as SkyOf};
+use crate::tables::TableSet;
 
 /// Steps of rays through the air: its radiance is then within 1e-3 of its limit.
 pub const AIR_STEPS: u32 = 64;
 /// Places along the clouds of a ray at which the air is worked out; between them it is
 /// interpolated: over 20 km of clouds the error is below 1e-4 of the air's light.
 const AIR_KNOTS: usize = 24;
+/// Steps from one place where the depth to the sun is worked out to the next; linear between them.
+const STEPS_TO_THE_SUN: usize = 4;
 /// Nothing behind this transmittance is seen.
 const OPAQUE: f64 = 1e-9;
 /// Steps a cell of the density volume: within half a cell matter is as good as evenly mixed.
@@ -46,9 +49,37 @@ pub struct Exact<'a> {
     frame_particles: Vec<Particle>,
     lights: Vec<ParticleLight>,
     sky: Sky,
-    sun: DVec3,
     has_air: bool,
     has_ground: bool,
+}
+
+/// Optical depth towards the sun through the true density of all particles.
+pub struct SunTruth {
+    grid: ParticleGrid,
+    sun: DVec3,
+}
+
+impl SunTruth {
+    /// Of particles relative to the camera.
+    pub fn new(tables: &TableSet, particles: &[Particle], sun: DVec3) -> Result<Self> {
+        let placed = Densities::default().place(particles, &Shapes::new(tables), DVec3::ZERO)?;
+        Ok(Self { grid: ParticleGrid::new(placed), sun })
+    }
+
+    /// From a point, relative to the camera.
+    pub fn depth(&self, point: DVec3) -> f64 {
+        let ray = Ray { origin: point, dir: self.sun };
+        let mut found = Vec::new();
+        self.grid.along(&ray, f64::INFINITY, &mut found);
+        let through = |&i: &u32| {
+            let particle = &self.grid.particles()[i as usize];
+            particle.span(&ray).map_or(0.0, |(begin, end)| {
+                let begin = begin.max(0.0);
+                if end > begin { particle.optical_depth(&ray, begin, end) } else { 0.0 }
+            })
+        };
+        found.iter().map(through).sum()
+    }
 }
 
 /// One chord of a ray.
@@ -119,7 +150,6 @@ impl<'a> Exact<'a> {
             frame_particles,
             lights,
             sky,
-            sun: scene.sun.direction,
             has_air: matches!(scene.sky, SkyOf::Atmosphere),
             has_ground: scene.effective_ground().is_some(),
             grid: ParticleGrid::new(placed),
@@ -136,7 +166,7 @@ impl<'a> Exact<'a> {
         let behind = if clouds.transmittance <= OPAQUE {
             DVec3::ZERO
         } else if ground >= 0.0 {
-            let sunlit = self.sun_visibility(dir * ground);
+            let sunlit = (-(self.inputs.sun_depth)(dir * ground)).exp();
             let light = self.sky.ground_radiance(dir, ground, sunlit);
             let air = self.sky.air_between(dir, ground);
             light * air.transmittance + air.inscatter
@@ -151,24 +181,6 @@ impl<'a> Exact<'a> {
         }
     }
 
-    /// Share of the sun's light that reaches a point, relative to the camera, through the clouds.
-    fn sun_visibility(&self, point: DVec3) -> f64 {
-        let ray = Ray { origin: point, dir: self.sun };
-        let mut found = Vec::new();
-        self.grid.along(&ray, f64::INFINITY, &mut found);
-        let depth: f64 = found
-            .iter()
-            .map(|&i| {
-                let particle = &self.grid.particles()[i as usize];
-                particle.span(&ray).map_or(0.0, |(begin, end)| {
-                    let begin = begin.max(0.0);
-                    if end > begin { particle.optical_depth(&ray, begin, end) } else { 0.0 }
-                })
-            })
-            .sum();
-        (-depth).exp()
-    }
-
     fn chords(&self, ray: &Ray, far: f64) -> Vec<Chord<'_>> {
         let mut found = Vec::new();
         self.grid.along(ray, far, &mut found);
@@ -179,12 +191,10 @@ impl<'a> Exact<'a> {
             if end <= begin {
                 return None;
             }
-            let place = |t: f64| (ray.at(t) - particle.centre) / particle.radius;
+            let entry = (ray.at(near) - particle.centre) / particle.radius;
             let visible = particle.optical_depth(ray, begin, end);
-            let seen = place(begin + (end - begin) * mean_scatter_fraction(visible));
-            let places = [place(near), place(begin), seen, place(end)];
             let (own, light) = (&self.frame_particles[i as usize], &self.lights[i as usize]);
-            let light = self.inputs.light(own, light, ray.dir, places, visible);
+            let light = self.inputs.light(own, light, ray.dir, entry, visible);
             Some(Chord { particle, begin, end, light })
         };
         found.iter().filter_map(chord).collect()
@@ -231,8 +241,18 @@ fn compose_piece(
         .fold(f64::INFINITY, |finest, c| finest.min(c.particle.radius * VOLUME_CELL));
     let steps = ((to - from) * STEPS_A_CELL / finest).ceil().max(f64::from(STEPS));
     let step = (to - from) / steps;
+    let sunk = |t: f64| (lit.sun_depth)(ray.at(t));
+    // Depth to the sun at the last place where it was worked out and at the next one.
+    let mut depths = [0.0, sunk(from)];
     for i in 0..steps as usize {
         let begin = from + step * i as f64;
+        let within = i % STEPS_TO_THE_SUN;
+        if within == 0 {
+            depths = [depths[1], sunk((begin + STEPS_TO_THE_SUN as f64 * step).min(to))];
+        }
+        let stretch = (steps as usize - (i - within)).min(STEPS_TO_THE_SUN) as f64;
+        let sun_depths =
+            [within, within + 1].map(|s| depths[0] + (depths[1] - depths[0]) * s as f64 / stretch);
         let depth = -sum.transmittance.ln();
         let own = |chord: &Chord<'_>| {
             let at = GAUSS.map(|place| ray.at(begin + step * place));
@@ -240,16 +260,13 @@ fn compose_piece(
         };
         let pieces: Vec<f64> = open.iter().map(|chord| own(chord)).collect();
         let tau: f64 = pieces.iter().sum();
-        let seen = mean_scatter_fraction(tau);
-        let piece = lit.piece(begin, begin + step, tau, seen, depth);
-        let mut light = DVec3::ZERO;
-        for (chord, own) in open.iter().zip(pieces).filter(|(_, own)| *own > 0.0) {
-            let share = |t: f64| (t - chord.begin) / (chord.end - chord.begin);
-            light += own * piece.source(&chord.light, share(begin), share(begin + step));
-        }
         if tau <= 0.0 {
             continue;
         }
+        let seen = mean_scatter_fraction(tau);
+        let piece = lit.piece_below([begin, begin + step], tau, seen, depth, sun_depths);
+        let both = open.iter().zip(pieces);
+        let light: DVec3 = both.map(|(chord, own)| own * piece.source(&chord.light)).sum();
         let weight = sum.transmittance * -(-tau).exp_m1();
         let seen = begin + step * mean_scatter_fraction(tau);
         let mut radiance = light / tau;

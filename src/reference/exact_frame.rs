@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::exact::{Exact, ExactPixel};
+use super::exact::{Exact, ExactPixel, SunTruth};
 use super::view::{Filter, View};
 use crate::error::{Error, Result};
 use crate::frame::cpu::segments::ChordInputs;
@@ -58,7 +58,9 @@ pub fn exact_frame(
     let frame = frame_uniforms(scene, camera, size, &truncation, shift, quality, 0, [true; 2]);
     let phase = medium.phase.prepare();
     let (frame, halo, field) = (&frame, &halo, &field);
-    let inputs = ChordInputs { frame, tables, scattering, phase, halo, field };
+    let truth = SunTruth::new(tables, &particles, scene.sun.direction)?;
+    let sun_depth = &|point: DVec3| truth.depth(point);
+    let inputs = ChordInputs { frame, tables, scattering, phase, halo, field, sun_depth };
     let exact = Exact::new(scene, inputs, particles, lights)?;
 
     let view = View::new(camera, size, None, Filter::Centre);

@@ -27,7 +27,7 @@ mod world;
 
 pub use atmosphere_sky::AtmosphereSky;
 pub use develop::picture;
-pub use exact::{AIR_STEPS, Exact, ExactPixel};
+pub use exact::{AIR_STEPS, Exact, ExactPixel, SunTruth};
 pub use exact_frame::{Window, exact_frame};
 pub use film::{CHANNELS, Film, Pixel};
 pub use fluxes::{SlabFluxes, scatterings, slab_fluxes};

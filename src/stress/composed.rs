@@ -16,7 +16,7 @@ use crate::frame::cpu::sky_march::Air;
 use crate::frame::gpu_data::{LightGridUniforms, Particle};
 use crate::frame::renderer::sky_inputs;
 use crate::frame::view::frame_uniforms;
-use crate::reference::{AIR_STEPS, Exact, Filter, View};
+use crate::reference::{AIR_STEPS, Exact, Filter, SunTruth, View};
 use crate::scene::{Scene, Sky as SkyOf};
 use crate::tables::TableSet;
 
@@ -131,6 +131,7 @@ impl Composed<'_> {
         let shift = DVec3::ZERO; // the field brings its own
         let frame =
             frame_uniforms(scene, &scene.camera, size, truncation, shift, &quality, 0, [true; 2]);
+        let truth = SunTruth::new(tables, &particles, scene.sun.direction)?;
         let inputs = ChordInputs {
             frame: &frame,
             tables,
@@ -138,6 +139,7 @@ impl Composed<'_> {
             phase: medium.phase.prepare(),
             halo,
             field: &field,
+            sun_depth: &|point| truth.depth(point),
         };
         let scale = f64::from(frame.delta_scale);
         let deep: Vec<Particle> =

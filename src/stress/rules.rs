@@ -31,8 +31,6 @@ const POSITIVE: Rule = Rule::Floats([NotNegative; 4]);
 const SHARE: Rule = Rule::Floats([Share; 4]);
 const COLOUR: Rule = Rule::Floats([NotNegative, NotNegative, NotNegative, Any]);
 const COLOUR_AND_SHARE: Rule = Rule::Floats([NotNegative, NotNegative, NotNegative, Share]);
-/// An affine depth: the first number is a mean of depths.
-const AFFINE: Rule = Rule::Floats([NotNegative, Any, Any, Any]);
 
 /// Shares that are sums of products of rounded weights pass 1 by some steps of f32.
 pub const SHARE_ROUNDING: f32 = 8.0 * f32::EPSILON;
@@ -44,10 +42,8 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("Particle.orientation", ANY),
     ("Particle.extinction", POSITIVE),
     ("Particle.optical_radius", POSITIVE),
-    ("ParticleLight.sun_front", AFFINE),
-    ("ParticleLight.sun_behind", AFFINE),
     ("ParticleLight.sun_irradiance", COLOUR),
-    ("ParticleLight.ambient_above", COLOUR),
+    ("ParticleLight.ambient_above", POSITIVE),
     ("ParticleLight.ambient_below", COLOUR_AND_SHARE),
     ("FrameUniforms.right", ANY),
     ("FrameUniforms.up", ANY),
@@ -68,6 +64,7 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("LightView.origin", ANY),
     ("LightView.tile_size", POSITIVE),
     ("LightView.inverse_tile_size", POSITIVE),
+    ("LightView.warp", POSITIVE),
     ("Ring.corner", ANY),
     ("Ring.cell_size", POSITIVE),
     ("Ring.layer_height", POSITIVE),
@@ -88,8 +85,14 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("LightGridUniforms.albedo", SHARE),
     ("LightGridUniforms.quantum", POSITIVE),
     ("GridEye.position", ANY),
+    ("ShadowUniforms.axis_u", ANY),
+    ("ShadowUniforms.axis_v", ANY),
+    ("ShadowUniforms.towards", ANY),
     ("ShadowUniforms.corner", ANY),
-    ("ShadowUniforms.ground", ANY),
+    ("ShadowUniforms.nearest", ANY),
+    ("ShadowUniforms.reach", POSITIVE),
+    ("ShadowUniforms.lowest", ANY),
+    ("ShadowUniforms.highest", ANY),
     ("PhaseParams.hg_scale", POSITIVE),
     ("PhaseParams.hg_base", POSITIVE),
     ("PhaseParams.hg_slope", POSITIVE),
@@ -139,11 +142,10 @@ pub const WHOLE: &[&str] = &[
     "FrameUniforms.stride",
     "FrameUniforms.phase",
     "FrameUniforms.in_place",
-    "FrameUniforms.shadow_epoch",
+    "FrameUniforms.padding_c",
     "FrameUniforms.padding_a",
     "FrameUniforms.padding_b",
     "LightView.tiles",
-    "LightView.receiver_samples",
     "LightView.padding_a",
     "Ring.first_cell",
     "Ring.layers",
@@ -172,6 +174,7 @@ pub const WHOLE: &[&str] = &[
     "GridStage.is_last",
     "GridStage.padding_c",
     "ShadowUniforms.resolution",
+    "ShadowUniforms.maps",
     "ShadowUniforms.seen_only",
     "ShadowUniforms.padding_b",
     "SortUniforms.length",

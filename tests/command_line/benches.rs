@@ -6,7 +6,7 @@ use super::{Place, Run, assert_sentence};
 
 /// With numbers that make it a matter of seconds.
 const TINY: &str = "bench --quick --size 64x36 --frames 2 --set grid_fineness=0.25 \
-    --set light_samples=1 --set shadow_resolution=32 --out b";
+    --set shadow_steps=2 --set shadow_resolution=32 --out b";
 
 fn json(place: &Place, name: &str) -> Value {
     serde_json::from_slice(&place.read(name)).unwrap_or_else(|e| panic!("{name}: {e}"))

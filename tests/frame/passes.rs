@@ -107,6 +107,7 @@ fn what_is_skipped_would_not_have_changed_the_picture() {
     let but = |left_out: &[&str]| -> Vec<&str> {
         all.iter().copied().filter(|name| !left_out.contains(name)).collect()
     };
+    // Shadows are made where the camera sees them.
     let unmoved = ["sky", "rings", "light_grid", "light_field"];
     let steps: [(&str, &Scene, f64, Vec<&str>); 11] = [
         ("first", &still, TIME, but(&[])),

@@ -1,8 +1,8 @@
 //! Functions of the shared modules against their f64 twins, at random and at the ends of their ranges,
 //! with the largest error in steps of f32; and every guard at the limit that it guards.
 
+use cumuli::frame::cpu::shadow::Nodes;
 use cumuli::frame::cpu::{atmosphere, lighting};
-use glam::{DVec3, Vec3Swizzles};
 
 use crate::common::{Random, Snippet, map};
 
@@ -130,49 +130,6 @@ fn how_much_a_particle_is_alone() {
 }
 
 #[test]
-fn ways_out_of_a_sphere() {
-    let mut random = Random(34);
-    let mut places: Vec<(DVec3, DVec3)> = (0..20_000)
-        .map(|_| (random.direction() * random.uniform().cbrt(), random.direction()))
-        .collect();
-    // On the surface: outwards, inwards, along it; at the centre.
-    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-        for out in [axis, -axis, axis.zxy()] {
-            places.extend([(axis, out), (DVec3::ZERO, out), (axis * (1.0 + STEP), out)]);
-        }
-    }
-    let inputs: Vec<[f32; 8]> = places
-        .iter()
-        .map(|(p, d)| {
-            let (p, d) = (p.as_vec3(), d.as_vec3());
-            [p.x, p.y, p.z, 0.0, d.x, d.y, d.z, 0.0]
-        })
-        .collect();
-    let snippet = Snippet {
-        declarations: "#import cumuli::lighting::way_out
-            struct Line { place: vec4<f32>, direction: vec4<f32> }",
-        input: "Line",
-        output: "f32",
-        result: "way_out(x.place.xyz, x.direction.xyz)",
-    };
-    let results: Vec<f32> = map(snippet, &[], &inputs);
-    let mut most = 0.0_f64;
-    for (input, result) in inputs.iter().zip(results) {
-        let d = input.map(f64::from);
-        let (place, direction) = (DVec3::new(d[0], d[1], d[2]), DVec3::new(d[4], d[5], d[6]));
-        let exact = lighting::way_out(place, direction);
-        assert!((0.0..=2.0 + 8.0 * STEP as f32 as f64).contains(&f64::from(result)), "{input:?}");
-        // Near a tangent the root magnifies: an error e of its square is one of e / 2 root.
-        let along = place.dot(direction);
-        let root = (along * along + 1.0 - place.length_squared()).max(0.0).sqrt();
-        let error = (f64::from(result) - exact).abs() * root.max(STEP.sqrt()) / STEP;
-        most = most.max(error);
-    }
-    println!("way_out: {most:.2} steps of f32 over the root");
-    assert!(most < 8.0, "{most}");
-}
-
-#[test]
 fn rays_through_the_air() {
     let mut random = Random(35);
     let mut inputs: Vec<[f32; 4]> = (0..20_000)
@@ -223,20 +180,57 @@ fn rays_through_the_air() {
     assert!(top.clone().all(|(_, s)| s[1] == 0.0));
 }
 
-/// Depths that are affine in the place never turn into light from nowhere.
+/// Depths between the nodes of a shadow map's texel: never negative, never falling away from the sun,
+/// and those of the twin, whatever the nodes are.
 #[test]
-fn depths_are_never_negative() {
-    let inputs = [
-        [0.0, 0.0, 0.0, 0.0],
-        [1e13, -1e13, 0.0, 0.0],
-        [1.0, -5.0, 0.0, 0.0],
-        [-1e-30, 0.0, 0.0, 0.0],
-    ];
-    let call = "vec4(depth_at(x, vec3(1.0, 0.0, 0.0)), 0.0, 0.0, 0.0)";
-    let depths = four("cumuli::lighting::depth_at", call, &inputs);
-    for (input, depth) in inputs.iter().zip(depths) {
-        let exact = lighting::depth_at(*input, DVec3::X);
-        assert_eq!(f64::from(depth[0]), exact, "{input:?}");
-        assert!(depth[0] >= 0.0);
+fn depths_between_nodes() {
+    let mut random = Random(41);
+    let mut inputs: Vec<[f32; 12]> = (0..20_000)
+        .map(|i| {
+            let mut nodes: Vec<f64> = (0..7).map(|_| random.uniform()).collect();
+            nodes.sort_by(f64::total_cmp);
+            // Nodes that fall on each other, and such as 16 bits hold.
+            if i % 3 == 0 {
+                nodes = nodes.iter().map(|n| (n * 8.0).floor() / 8.0).collect();
+            }
+            let all = if i % 2 == 0 { random.between(0.5, 1.0) } else { random.between(0.0, 0.5) };
+            let mut input = [0.0; 12];
+            for (slot, value) in input.iter_mut().zip(nodes.iter().chain([&all])) {
+                *slot = *value as f32;
+            }
+            input[8] = random.between(-0.5, 1.5) as f32;
+            input
+        })
+        .collect();
+    for all in [0.0, 0.4999, 0.5, 0.99, 1.0] {
+        for at in [-1e9, 0.0, 0.5, 1.0, 1e9] {
+            for node in [0.0, 0.5, 1.0] {
+                let mut input = [node; 12];
+                (input[7], input[8]) = (all, at);
+                inputs.push(input);
+            }
+        }
     }
+    let snippet = Snippet {
+        declarations: "#import cumuli::shadow_maps::{ShadowNodes, nodes_depth}
+            struct Ask { low: vec4<f32>, high: vec4<f32>, at: vec4<f32> }",
+        input: "Ask",
+        output: "vec4<f32>",
+        result: "vec4(nodes_depth(ShadowNodes(x.low, x.high), x.at.x), nodes_depth(ShadowNodes(x.low, x.high), x.at.x + 0.01), 0.0, 0.0)",
+    };
+    let results: Vec<[f32; 4]> = map(snippet, &[], &inputs);
+    let mut most = 0.0_f64;
+    for (input, result) in inputs.iter().zip(results) {
+        let nodes = Nodes { at: std::array::from_fn(|i| input[i].into()), rest: input[7].into() };
+        let exact = nodes.depth(input[8].into());
+        assert!((0.0..=80.0).contains(&result[0]), "{input:?}: {result:?}");
+        assert!(result[1] >= result[0], "{input:?}: {result:?}");
+        // A place is known to a step of f32 at 1; the closest nodes magnify that.
+        let gap = (0..6).fold(1.0, |g: f64, i| g.min((nodes.at[i + 1] - nodes.at[i]).max(7.6e-6)));
+        let error = (f64::from(result[0]) - exact).abs();
+        most = most.max(error * gap / STEP);
+    }
+    println!("nodes_depth: {most:.2} steps of f32 over the least gap of nodes");
+    // Five roundings of places up to 1.5, by steps of depth up to 2.
+    assert!(most < 20.0, "{most}");
 }

@@ -129,19 +129,25 @@ struct Errors {
     rms: f64,
 }
 
-/// Compares the affine optical depths of all particles in view; the camera looks along -Z from
-/// the origin.
-fn compare(particles: &[Particle], towards: DVec3, samples: u32) -> Errors {
-    let reach = DVec3::splat(2500.0);
-    let bounds = Bounds { low: -reach, high: reach, detail: 90.0 };
-    let view = light_view(towards, &bounds, DVec3::ZERO, samples);
+const BOUNDS: Bounds = Bounds {
+    low: DVec3::splat(-2500.0),
+    high: DVec3::splat(2500.0),
+    detail: 90.0,
+    finest: 30.0,
+    around_camera: false,
+};
+
+/// Compares the optical depths of all particles in view and how much they are alone; the camera looks
+/// along -Z from the origin.
+fn compare(particles: &[Particle], towards: DVec3) -> Errors {
+    let view = light_view(towards, &BOUNDS, DVec3::ZERO);
     let none = <ParticleLight as bytemuck::Zeroable>::zeroed();
     let (lights, order) = on_device(particles, &view, &vec![none; particles.len()]);
     assert!(order.len() > 50 && order.len() < particles.len(), "{} in view", order.len());
     // The direction as the device has it.
     let towards = cpu::light_project::axis(view.towards);
-    let points = cpu::light::sample_points(samples, towards);
     let (mut worst, mut squares, mut largest) = (0.0f64, 0.0, 0.0f64);
+    let mut shared = 0;
     for (i, light) in lights.iter().enumerate() {
         if !order.contains(&(i as u32)) {
             assert_eq!(*light, none, "particle {i} is not in view");
@@ -151,32 +157,21 @@ fn compare(particles: &[Particle], towards: DVec3, samples: u32) -> Errors {
         assert_eq!(light.sun_irradiance, [SUN_IRRADIANCE, SUN_IRRADIANCE, SUN_IRRADIANCE, 1.0]);
         assert_eq!(light.ambient_above[..3], sky);
         assert_eq!(light.ambient_below[..3], sky);
-        let others = f64::from(light.sun_front[0]) + f64::from(light.sun_behind[0]);
-        let alone = aloneness(particles[i].optical_radius.into(), others, 0.0);
-        // Smoothstep in f32 between 0 and 1.
-        assert!((f64::from(light.ambient_below[3]) - alone).abs() < 1e-5, "{i}: {alone}");
-        let (front, behind) = (light.sun_front, light.sun_behind);
         let own = &particles[i];
         let centre = DVec3::from(own.centre.map(f64::from));
-        let taken: Vec<_> = points
-            .iter()
-            .map(|p| centre + *p * f64::from(own.radius))
-            .map(|p| cpu::light::occlusion(tables(), particles, Some(i), towards, p))
-            .collect();
-        for (found, exact) in [
-            (front, taken.iter().map(|t| t.front).collect::<Vec<_>>()),
-            (behind, taken.iter().map(|t| t.behind).collect()),
-        ] {
-            let (value, slope) = cpu::light::affine_fit(&points, &exact);
-            for (a, b) in found.iter().zip([value, slope.x, slope.y, slope.z]) {
-                let error = (f64::from(*a) - b).abs();
-                worst = worst.max(error);
-                squares += error * error / (8 * order.len()) as f64;
-            }
-            largest = largest.max(value);
-        }
+        let taken = cpu::light::occlusion(tables(), particles, Some(i), towards, centre);
+        let alone = aloneness(own.optical_radius.into(), taken.front + taken.behind, 0.0);
+        // Smoothstep of slope 1.5 over 0.45 of a share, whose depths differ by what is told below.
+        let difference = (f64::from(light.ambient_below[3]) - alone).abs();
+        assert!(difference < 0.05, "{i}: {alone} differs by {difference}");
+        shared += u32::from(alone > 0.0);
+        let error = (f64::from(light.ambient_above[3]) - taken.front).abs();
+        worst = worst.max(error);
+        squares += error * error / order.len() as f64;
+        largest = largest.max(taken.front);
     }
     assert!(largest > 3.0, "nothing stands before anything: {largest}");
+    assert!(shared > 2, "{shared} are alone");
     Errors { worst, rms: squares.sqrt() }
 }
 
@@ -193,41 +188,34 @@ const SUN: DVec3 = DVec3::new(0.05, 0.95, 0.3);
 #[test]
 fn uniform_particles_shade_each_other_exactly() {
     let particles = scene(1, 70);
-    for samples in [1, 2, 4, 8] {
-        for towards in [SUN.normalize(), DVec3::Y] {
-            let errors = compare(&particles, towards, samples);
-            // Places of 2000 m are rounded to 1e-4 m. On a line that grazes a sphere of 150 m
-            // that makes sqrt(2 x 150 x 1e-4) = 0.17 m of half a chord, 0.007 of optical depth at
-            // 0.02 / m; the fit magnifies it by 3 / 0.77. Such lines are
-            // rare, which the root mean square shows.
-            assert!(errors.worst < 0.027, "{samples} points: {:e}", errors.worst);
-            assert!(errors.rms < 1e-4, "{samples} points: {:e}", errors.rms);
-        }
+    for towards in [SUN.normalize(), DVec3::Y] {
+        let errors = compare(&particles, towards);
+        // Places of 2000 m are rounded to 1e-4 m. On a line that grazes a sphere of 150 m that makes
+        // sqrt(2 x 150 x 1e-4) = 0.17 m of half a chord, 0.007 of optical depth at 0.02 / m. Such
+        // lines are rare, which the root mean square shows.
+        assert!(errors.worst < 0.007, "{:e}", errors.worst);
+        assert!(errors.rms < 1e-4, "{:e}", errors.rms);
     }
 }
 
 #[test]
 fn shaped_particles_shade_each_other_by_the_tables() {
     let particles = scene(tables().shape_names().count() as u32, 71);
-    for samples in [1, 4, 8] {
-        let errors = compare(&particles, SUN.normalize(), samples);
-        // Filtering hardware places a fetch to 1/256 of a texel: the table's twin test allows for
-        // 0.004 of mean density x chord in radii and 0.02 of a share. With optical radii up to 3
-        // and ten particles on a line, and the magnification of the fit, up to 0.3.
-        assert!(errors.worst < 0.3, "{samples} points: {:e}", errors.worst);
-        assert!(errors.rms < 0.02, "{samples} points: {:e}", errors.rms);
-    }
+    let errors = compare(&particles, SUN.normalize());
+    // Filtering hardware places a fetch to 1/256 of a texel: the table's twin test allows for 0.004 of
+    // mean density x chord in radii and 0.02 of a share. With optical radii up to 3 and ten particles
+    // on a line up to 0.08.
+    assert!(errors.worst < 0.08, "{:e}", errors.worst);
+    assert!(errors.rms < 0.01, "{:e}", errors.rms);
 }
 
 #[test]
 fn light_of_this_epoch_stays() {
     let particles = scene(1, 72);
-    let reach = DVec3::splat(2500.0);
-    let bounds = Bounds { low: -reach, high: reach, detail: 90.0 };
-    let view = light_view(SUN.normalize(), &bounds, DVec3::ZERO, 2);
+    let view = light_view(SUN.normalize(), &BOUNDS, DVec3::ZERO);
     // Every other particle was lit in this epoch, which is 1 (see `frame`), the rest earlier.
     let mark = |epoch: f32| ParticleLight {
-        sun_front: [7.5; 4],
+        ambient_above: [7.5; 4],
         sun_irradiance: [9.0, 9.0, 9.0, epoch],
         ..<ParticleLight as bytemuck::Zeroable>::zeroed()
     };
@@ -247,9 +235,7 @@ fn dense_clumps_stay_finite_and_dark() {
     for particle in &mut particles {
         particle.extinction *= 1e4;
     }
-    let reach = DVec3::splat(2500.0);
-    let bounds = Bounds { low: -reach, high: reach, detail: 90.0 };
-    let view = light_view(SUN.normalize(), &bounds, DVec3::ZERO, 1);
+    let view = light_view(SUN.normalize(), &BOUNDS, DVec3::ZERO);
     let none = <ParticleLight as bytemuck::Zeroable>::zeroed();
     let (lights, order) = on_device(&particles, &view, &vec![none; particles.len()]);
     let towards = cpu::light_project::axis(view.towards);
@@ -258,16 +244,13 @@ fn dense_clumps_stay_finite_and_dark() {
         let i = i as usize;
         let centre = DVec3::from(particles[i].centre.map(f64::from));
         let exact = cpu::light::occlusion(tables(), &particles, Some(i), towards, centre);
-        for (found, exact) in
-            [(lights[i].sun_front[0], exact.front), (lights[i].sun_behind[0], exact.behind)]
-        {
-            assert!(found.is_finite());
-            // A line that grazes one may make anything of 1e4 times the rounding: leave those out.
-            if exact > 1000.0 {
-                assert!(found > 80.0, "{found} for {exact}");
-                dark += 1;
-            }
+        let found = lights[i].ambient_above[3];
+        assert!(found.is_finite());
+        // A line that grazes one may make anything of 1e4 times the rounding: leave those out.
+        if exact.front > 1000.0 {
+            assert!(found > 80.0, "{found} for {}", exact.front);
+            dark += 1;
         }
     }
-    assert!(dark > 50, "only {dark} dark sides");
+    assert!(dark > 30, "only {dark} in the dark");
 }

@@ -149,10 +149,18 @@ fn light_tiles_list_what_their_lines_meet() {
     let particles: Vec<Particle> =
         centres.iter().enumerate().map(|(i, c)| ball(*c, radius(i), 0.1)).collect();
     let camera = DVec3::new(12_345.0, 678.0, -9_012.0);
-    let bounds = Bounds { low: camera - spread, high: camera + spread, detail: 60.0 };
     let frame = frame(&Camera::default(), [64, 64]);
-    for sun in [DVec3::Y, DVec3::new(0.5, 0.7, -0.4), DVec3::new(1.0, 0.02, 0.3)] {
-        let view = light_view(sun.normalize(), &bounds, camera, 4);
+    let suns = [DVec3::Y, DVec3::new(0.5, 0.7, -0.4), DVec3::new(1.0, 0.02, 0.3)];
+    // Even tiles, and tiles that grow with the distance.
+    for (sun, around_camera) in suns.into_iter().flat_map(|s| [(s, false), (s, true)]) {
+        let bounds = Bounds {
+            low: camera - spread,
+            high: camera + spread,
+            detail: 60.0,
+            finest: 20.0,
+            around_camera,
+        };
+        let view = light_view(sun.normalize(), &bounds, camera);
         let (lists, _, order) = Population::new(&frame, &particles).light(&view);
         let lists = read_lists(&lists);
         let mut met = 0;
@@ -167,10 +175,8 @@ fn light_tiles_list_what_their_lines_meet() {
             });
             for (i, particle) in particles.iter().enumerate() {
                 let twin = light_project::project(&view, particle);
-                let (middle, reach) =
-                    (0.5 * (twin.low + twin.high), 0.5 * (twin.high.x - twin.low.x));
                 let listed = list.contains(&(i as u32));
-                if lines.iter().any(|l| (tile + *l - middle).length() < reach) {
+                if lines.iter().any(|l| light_project::meets(&view, particle, tile + *l)) {
                     met += 1;
                     assert!(listed, "tile {tile} misses {particle:?}");
                 }

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::lighting::{RayLight, depth_at, mean_sunlight, own_source, way_out};
+use super::lighting::{RayLight, mean_sunlight, own_source};
 use super::segments::{ChordInputs, Composed, mean_scatter_fraction};
 use crate::frame::gpu_data::{Particle, ParticleLight};
 use crate::tables::optical_depth::volume::copy_for;
@@ -13,7 +13,7 @@ pub const BINS: usize = 8;
 const LEAST_STEP: f64 = 1e-6;
 /// Least length of a part of a chord, in bins.
 const LEAST_PART: f64 = 1e-6;
-/// Sunlight below this is dark.
+/// Transmittance below this is dark.
 const DARK: f64 = 1e-30;
 
 /// What a pixel's ray meets: particles in the order of their nearest points, with their light.
@@ -30,14 +30,11 @@ pub struct Pixel<'a> {
     pub far: f64,
 }
 
-/// Of one bin: optical depth, that among others, that in sunlight at its two ends, and source of what
-/// is alone.
+/// Of one bin: optical depth, that among others, and source of what is alone.
 #[derive(Clone, Copy, Default)]
 struct Bin {
     tau: f64,
     crowded: f64,
-    front: f64,
-    back: f64,
     own: f64,
 }
 
@@ -109,14 +106,8 @@ impl Pixel<'_> {
         let scale = f64::from(frame.delta_scale);
         let place = |t: f64| (t * self.dir - centre) / radius;
         let optical_radius = f64::from(particle.optical_radius);
-        let depth = |at: DVec3| depth_at(light.sun_front, at) + optical_radius * way_out(at, sun);
         let first = (a - begin) / step;
         let last = ((b - begin) / step).max(first + LEAST_PART);
-        let [a_depth, b_depth] = [a, b].map(|t| depth(place(t)));
-        let depth_in = |bins: f64| {
-            let share = ((bins - first) / (last - first)).clamp(0.0, 1.0);
-            a_depth + (b_depth - a_depth) * share
-        };
         let alone = f64::from(light.ambient_below[3]);
         let mut own = 0.0;
         if alone > 0.0 {
@@ -125,10 +116,9 @@ impl Pixel<'_> {
                 self.inputs.scattering.lookup(entry, self.dir, sun, optical_radius / scale);
             let visible = optical_radius * (span.end - span.begin) / radius;
             let phase = self.inputs.phase.eval(sun.dot(self.dir));
-            let middle = 0.5 * (place(a) + place(b));
             own = alone
                 * own_source(scattered, phase, visible, scale)
-                * (-depth_at(light.sun_front, middle)).exp();
+                * (-f64::from(light.ambient_above[3])).exp();
         }
         let turn = DQuat::from_array(particle.orientation.map(f64::from));
         let pixels_per_radian = 0.5 * f64::from(frame.size[0]) / vector(&frame.right).length();
@@ -141,11 +131,8 @@ impl Pixel<'_> {
             let at = turn * place(begin + step * 0.5 * (from + to));
             let density = self.inputs.tables.density(particle.shape, at, copy);
             let tau = f64::from(particle.extinction) * step * (to - from) * density;
-            let crowded = tau * (1.0 - alone);
             bin.tau += tau;
-            bin.crowded += crowded;
-            bin.front += crowded * (-depth_in(from)).exp();
-            bin.back += crowded * (-depth_in(to)).exp();
+            bin.crowded += tau * (1.0 - alone);
             bin.own += own * tau;
             block.matter += tau;
             block.sun += tau * vector(&light.sun_irradiance);
@@ -186,13 +173,19 @@ pub fn compose(pixel: &Pixel<'_>, steps: u32, stop: f64) -> Composed {
 
 fn compose_block(ray: &RayLight<'_>, block: &Block, begin: f64, end: f64, sum: &mut Composed) {
     let [near, far] = [begin, end].map(|t| ray.field.at(t * ray.dir));
-    let path = ray.halo_share * (0.5 * (near.w + far.w) - sum.transmittance.max(DARK).ln());
+    let step = (end - begin) / BINS as f64;
+    let depth = |bins: usize| (ray.sun_depth)((begin + step * bins as f64) * ray.dir);
+    let depths = [depth(0), depth(BINS)];
+    let path = ray.halo_share * (0.5 * (depths[0] + depths[1]) - sum.transmittance.max(DARK).ln());
     let once = ray.first * ray.halo.factor(ray.half_sine, path);
     let (mut sunlight, mut above, mut below) = (0.0, 0.0, 0.0);
     for (i, bin) in block.bins.iter().enumerate().filter(|(_, bin)| bin.tau > 0.0) {
         let opacity = -(-bin.tau).exp_m1();
-        let fall = (bin.front.max(DARK) / bin.back.max(DARK)).ln();
-        let lit = once * bin.front * mean_sunlight(0.0, fall, bin.tau);
+        // At the ends of every second bin, linear between them.
+        let pair = [depth(i / 2 * 2), depth(i / 2 * 2 + 2)];
+        let middle = 0.5 * (pair[0] + pair[1]);
+        let [front, back] = if i % 2 == 0 { [pair[0], middle] } else { [middle, pair[1]] };
+        let lit = once * bin.crowded * mean_sunlight(front, back, bin.tau);
         let share = (i as f64 + mean_scatter_fraction(bin.tau)) / BINS as f64;
         let seen = near.lerp(far, share);
         let weight = sum.transmittance * opacity / bin.tau;

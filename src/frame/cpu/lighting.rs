@@ -12,18 +12,6 @@ const ALONE: [f64; 2] = [0.5, 0.95];
 /// Matter around it over its own, up to which it is alone and from which on it is not.
 const CROWD: [f64; 2] = [1.5, 2.5];
 
-/// Affine optical depth at a place in the particle, in radii from its centre; never negative.
-pub fn depth_at(affine: [f32; 4], place: DVec3) -> f64 {
-    let [constant, x, y, z] = affine.map(f64::from);
-    (constant + DVec3::new(x, y, z).dot(place)).max(0.0)
-}
-
-/// Distance, in radii, from a place in the unit sphere to its surface along a direction.
-pub fn way_out(place: DVec3, direction: DVec3) -> f64 {
-    let along = place.dot(direction);
-    ((along * along + 1.0 - place.length_squared()).max(0.0).sqrt() - along).max(0.0)
-}
-
 /// How much of a particle's sunlight its own table tells: 0 among others, 1 alone. `others`: optical
 /// depth of the others on the sun's ray through its middle; `crowd`: matter around it over its own.
 pub fn aloneness(optical_radius: f64, others: f64, crowd: f64) -> f64 {
@@ -71,63 +59,33 @@ pub struct ChordLight {
     pub below: DVec3,
     /// Source of the share that is alone in sunlight.
     pub own: DVec3,
-    /// Depth to the sun through the others, as [`ParticleLight::sun_front`] has it.
-    pub front: [f32; 4],
-    /// Where the chord becomes visible and where it ends.
-    pub ends: [DVec3; 2],
-    /// Towards the sun.
-    pub towards: DVec3,
-    /// Scaled, of the particle.
-    pub optical_radius: f64,
-}
-
-/// What a chord's light is made of.
-#[derive(Clone, Copy, Debug)]
-pub struct ChordPlaces {
-    /// Radii from the centre: where the chord becomes visible.
-    pub begin: DVec3,
-    /// Where it is seen in the mean.
-    pub mean: DVec3,
-    /// Where it ends.
-    pub end: DVec3,
-    /// Towards the sun.
-    pub sun: DVec3,
-    /// Scaled, of the particle.
-    pub optical_radius: f64,
 }
 
 impl ChordLight {
     /// Of a chord; `own` as [`own_source`] has it.
-    pub fn new(light: &ParticleLight, places: &ChordPlaces, own: f64) -> Self {
+    pub fn new(light: &ParticleLight, own: f64) -> Self {
         let alone = f64::from(light.ambient_below[3]);
         let sun = colour(light.sun_irradiance);
-        let front = depth_at(light.sun_front, places.mean);
         Self {
             sun: (1.0 - alone) * sun,
             above: colour(light.ambient_above),
             below: colour(light.ambient_below),
-            own: alone * own * (-front).exp() * sun,
-            front: light.sun_front,
-            ends: [places.begin, places.end],
-            towards: places.sun,
-            optical_radius: places.optical_radius,
+            own: alone * own * (-f64::from(light.ambient_above[3])).exp() * sun,
         }
-    }
-
-    /// Scaled optical depth to the sun at a share of the chord's visible length.
-    fn depth_at(&self, share: f64) -> f64 {
-        let place = self.ends[0].lerp(self.ends[1], share);
-        depth_at(self.front, place) + self.optical_radius * way_out(place, self.towards)
     }
 }
 
+/// Scaled optical depth to the sun at a point, m relative to the eye.
+pub type SunDepth<'a> = &'a (dyn Fn(DVec3) -> f64 + Sync);
+
 /// What all chords of one ray share.
-#[derive(Clone, Copy, Debug)]
 pub struct RayLight<'a> {
     /// Light that the clouds scatter among themselves.
     pub field: &'a FieldSeen,
     /// Light around the sun.
     pub halo: &'a Halo,
+    /// Optical depth to the sun.
+    pub sun_depth: SunDepth<'a>,
     /// Direction of view.
     pub dir: DVec3,
     /// Sine of half the angle between view and sun.
@@ -138,12 +96,12 @@ pub struct RayLight<'a> {
     pub first: f64,
 }
 
-/// The light field on a piece.
+/// The light of the surroundings on a piece.
 #[derive(Clone, Copy, Debug)]
 pub struct PieceLight {
     seen: DVec4,
-    first: f64,
-    tau: f64,
+    // Source of order 1 per irradiance over the air.
+    once: f64,
 }
 
 impl RayLight<'_> {
@@ -157,19 +115,32 @@ impl RayLight<'_> {
         seen: f64,
         view_depth: f64,
     ) -> PieceLight {
+        let depths = [cursor, next].map(|t| (self.sun_depth)(t * self.dir));
+        self.piece_below([cursor, next], tau, seen, view_depth, depths)
+    }
+
+    /// The same with the depth to the sun at its two ends.
+    pub fn piece_below(
+        &self,
+        [cursor, next]: [f64; 2],
+        tau: f64,
+        seen: f64,
+        view_depth: f64,
+        [front, back]: [f64; 2],
+    ) -> PieceLight {
         let at = |t: f64| self.field.at(t * self.dir);
         let seen = at(cursor).lerp(at(next), seen);
-        let path = self.halo_share * (seen.w + view_depth);
-        PieceLight { seen, first: self.first * self.halo.factor(self.half_sine, path), tau }
+        let path = self.halo_share * (0.5 * (front + back) + view_depth);
+        let first = self.first * self.halo.factor(self.half_sine, path);
+        PieceLight { seen, once: first * mean_sunlight(front, back, tau) }
     }
 }
 
 impl PieceLight {
-    /// Source of a chord on the piece, which lies between two shares of its visible length.
-    pub fn source(&self, light: &ChordLight, begin: f64, end: f64) -> DVec3 {
-        let direct = mean_sunlight(light.depth_at(begin), light.depth_at(end), self.tau);
+    /// Source of a chord on the piece.
+    pub fn source(&self, light: &ChordLight) -> DVec3 {
         light.own
-            + (self.seen.x + self.first * direct) * light.sun
+            + (self.seen.x + self.once) * light.sun
             + self.seen.y * light.above
             + (self.seen.z - self.seen.y) * light.below
     }
@@ -183,8 +154,8 @@ mod tests {
     fn uniform_light_is_handed_on() {
         let all = DVec3::new(0.3, 0.2, 0.1);
         let light = ChordLight { above: all, below: all, ..ChordLight::default() };
-        let piece = PieceLight { seen: DVec4::new(0.1, 0.4, 1.0, 2.0), first: 0.3, tau: 0.7 };
-        assert!((piece.source(&light, 0.0, 1.0) - all).length() < 1e-15);
+        let piece = PieceLight { seen: DVec4::new(0.1, 0.4, 1.0, 2.0), once: 0.3 };
+        assert!((piece.source(&light) - all).length() < 1e-15);
     }
 
     #[test]
@@ -212,16 +183,6 @@ mod tests {
             let found = mean_sunlight(front, back, tau);
             // The midpoint rule is off by (tau + back - front)^2 / (24 steps^2).
             assert!((found / (light / all) - 1.0).abs() < 1e-7, "{front} {back} {tau}: {found}");
-        }
-    }
-
-    #[test]
-    fn the_way_out_ends_on_the_sphere() {
-        for place in [DVec3::ZERO, DVec3::new(0.5, 0.2, -0.7), DVec3::new(0.0, 1.0, 0.0)] {
-            for direction in [DVec3::Y, DVec3::new(0.6, 0.0, 0.8)] {
-                let end = place + way_out(place, direction) * direction;
-                assert!((end.length() - 1.0).abs() < 1e-12, "{place} {direction}");
-            }
         }
     }
 

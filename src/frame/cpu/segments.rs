@@ -6,7 +6,7 @@
 use glam::{DQuat, DVec3};
 
 use super::light_grid::FieldSeen;
-use super::lighting::{ChordLight, ChordPlaces, PieceLight, RayLight, own_source};
+use super::lighting::{ChordLight, PieceLight, RayLight, SunDepth, own_source};
 use crate::frame::gpu_data::{FrameUniforms, Particle, ParticleLight};
 use crate::medium::{Halo, PreparedPhase};
 use crate::tables::optical_depth::ChordProfile;
@@ -35,12 +35,6 @@ pub struct Chord {
 }
 
 impl Chord {
-    /// Source on a piece of the ray.
-    fn source(&self, piece: &PieceLight, from: f64, to: f64) -> DVec3 {
-        let share = |t: f64| (t - self.begin) / (self.end - self.begin);
-        piece.source(&self.light, share(from), share(to))
-    }
-
     /// Share of the whole chord's matter before a distance along the ray.
     fn share(&self, distance: f64) -> f64 {
         self.profile.fraction(((distance - self.near) / self.length) as f32).into()
@@ -72,6 +66,8 @@ pub struct ChordInputs<'a> {
     pub halo: &'a Halo,
     /// Light that the clouds scatter among themselves.
     pub field: &'a FieldSeen,
+    /// Optical depth to the sun.
+    pub sun_depth: SunDepth<'a>,
 }
 
 fn vector(v: &[f32]) -> DVec3 {
@@ -128,20 +124,18 @@ impl ChordInputs<'_> {
             light: ChordLight::default(),
         };
         let visible = optical_depth * (chord.share(end) - chord.share(begin));
-        let places = [near, begin, begin + (end - begin) * mean_scatter_fraction(visible), end];
-        chord.light = self.light(particle, light, dir, places.map(place), visible);
+        chord.light = self.light(particle, light, dir, place(near), visible);
         Some(chord)
     }
 
-    /// What lights a chord of visible optical depth `visible`. Places in radii from the centre: where
-    /// the chord enters the particle, where it becomes visible, where it is seen in the mean, where
-    /// it ends.
+    /// What lights a chord of visible optical depth `visible` that enters the particle at this place,
+    /// in radii from the centre.
     pub fn light(
         &self,
         particle: &Particle,
         light: &ParticleLight,
         dir: DVec3,
-        [entry, begin, mean, end]: [DVec3; 4],
+        entry: DVec3,
         visible: f64,
     ) -> ChordLight {
         let sun = vector(&self.frame.sun);
@@ -152,7 +146,7 @@ impl ChordInputs<'_> {
             let scattered = self.scattering.lookup(entry, dir, sun, optical_radius / scale);
             own = own_source(scattered, self.phase.eval(sun.dot(dir)), visible, scale);
         }
-        ChordLight::new(light, &ChordPlaces { begin, mean, end, sun, optical_radius }, own)
+        ChordLight::new(light, own)
     }
 
     /// What all chords of a ray share.
@@ -162,6 +156,7 @@ impl ChordInputs<'_> {
         RayLight {
             field: self.field,
             halo: self.halo,
+            sun_depth: self.sun_depth,
             dir,
             half_sine: 0.5 * (dir - sun).length(),
             halo_share: self.frame.halo_share.into(),
@@ -223,7 +218,7 @@ impl Sweep {
             }
             let tau = pieces.iter().map(|(_, piece)| piece).sum();
             let lit = self.piece(ray, next, tau);
-            let light = pieces.iter().map(|(c, own)| *own * c.source(&lit, cursor, next)).sum();
+            let light = pieces.iter().map(|(c, own)| *own * lit.source(&c.light)).sum();
             self.add(tau, light, next);
             self.open.retain(|(chord, _)| chord.end > next);
         }
@@ -282,9 +277,8 @@ pub fn compose_exactly(chords: &[Chord], ray: &RayLight<'_>) -> Composed {
                 pieces.push((**chord, own));
             }
             let tau = pieces.iter().map(|(_, own)| own).sum();
-            let from = sweep.cursor;
             let lit = sweep.piece(ray, next, tau);
-            let light = pieces.iter().map(|(c, own)| *own * c.source(&lit, from, next)).sum();
+            let light = pieces.iter().map(|(c, own)| *own * lit.source(&c.light)).sum();
             sweep.add(tau, light, next);
         }
     }

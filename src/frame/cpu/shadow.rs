@@ -1,20 +1,254 @@
-//! Twin of `shaders/frame/shadow.wgsl`, in double precision.
+//! Twin of `shaders/frame/shadow.wgsl` and `shaders/shared/shadow_maps.wgsl`, in double precision
+//! and without lists: every particle is asked.
 
-use glam::DVec3;
+use glam::{DQuat, DVec2, DVec3};
 
-use super::light::occlusion;
 use crate::frame::gpu_data::{Particle, ShadowUniforms};
 use crate::tables::TableSet;
+use crate::tables::optical_depth::volume::copy_for;
 
-/// Point on the ground (m, relative to the camera) in the middle of a texel of a map.
-pub fn point(maps: &ShadowUniforms, map: usize, texel: [u32; 2]) -> DVec3 {
-    let [x, z, side, _] = maps.corner[map].map(f64::from);
-    let step = side / f64::from(maps.resolution);
-    let at = |corner: f64, texel: u32| corner + (f64::from(texel) + 0.5) * step;
-    DVec3::new(at(x, texel[0]), maps.ground.into(), at(z, texel[1]))
+/// Optical depths of the nodes of a texel; as in the shader.
+pub const NODES: [f64; 7] = [0.02, 0.25, 0.6, 1.1, 1.8, 3.0, 5.0];
+/// Bins of a block.
+const BINS: usize = 8;
+/// Least step over the distance.
+const LEAST_STEP: f64 = 1e-6;
+/// Optical depth at which the march ends.
+const ENOUGH: f64 = 8.0;
+/// Least distance of two nodes, in units of the reach.
+const LEAST_GAP: f64 = 7.6e-6;
+/// Depth beyond which there is no sun.
+const DARKEST: f64 = 80.0;
+/// Texels at the border of a map that the next one shows.
+const BORDER: f64 = 1.5;
+/// Depth of a texel beyond which it counts as no deeper.
+const MOST_DEPTH: f64 = 20.0;
+/// The largest number of 16 bits.
+const FULL: f64 = 65_535.0;
+
+/// A direction of the maps.
+fn axis(v: [f32; 4]) -> DVec3 {
+    DVec3::new(v[0].into(), v[1].into(), v[2].into())
 }
 
-/// Transmittance of all particles from a point on the ground towards the sun.
-pub fn transmittance(tables: &TableSet, particles: &[Particle], sun: DVec3, point: DVec3) -> f64 {
-    (-occlusion(tables, particles, None, sun, point).front).exp()
+/// Where on a texel's ray its nodes lie, in units of the maps' reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nodes {
+    /// Of [`NODES`].
+    pub at: [f64; 7],
+    /// Of columns that reach the seventh half the place of an eighth, of the others 1/2 and half the
+    /// transmittance of all their matter.
+    pub rest: f64,
+}
+
+impl Nodes {
+    /// Where there is nothing.
+    pub const EMPTY: Self = Self { at: [1.0; 7], rest: 1.0 };
+
+    /// From a texel.
+    pub fn unpack(texel: [u32; 4]) -> Self {
+        let half = |i: usize| f64::from(texel[i / 2] >> (16 * (i % 2)) & 0xffff) / FULL;
+        Self { at: std::array::from_fn(half), rest: half(7) }
+    }
+
+    /// The same in 16 bits each, as the device keeps it.
+    pub fn rounded(&self) -> Self {
+        let round = |x: f64| (x.clamp(0.0, 1.0) * FULL).round() / FULL;
+        Self { at: self.at.map(round), rest: round(self.rest) }
+    }
+
+    /// Optical depth at a place on the ray.
+    pub fn depth(&self, at: f64) -> f64 {
+        let all = if self.rest < 0.5 {
+            DARKEST
+        } else {
+            -(2.0 * self.rest - 1.0).max((-DARKEST).exp()).ln()
+        };
+        let next = |i: usize| self.at.get(i + 1).map_or(2.0 * self.rest, |at| *at);
+        let gap = |i: usize| (next(i) - self.at[i]).max(LEAST_GAP);
+        if all <= NODES[0] {
+            return all * ((at - self.at[0]) / gap(0)).clamp(0.0, 1.0);
+        }
+        let mut depth = NODES[0];
+        for i in 0..NODES.len() {
+            let step = NODES.get(i + 1).unwrap_or(&ENOUGH) - NODES[i];
+            let low = if i == 0 { -NODES[0] / step } else { 0.0 };
+            let high = if i == 6 { DARKEST } else { 1.0 };
+            depth += step * ((at - self.at[i]) / gap(i)).clamp(low, high);
+        }
+        depth.min(all)
+    }
+}
+
+/// A clump seen from the sun: which particles, through which tables.
+pub struct Column<'a> {
+    /// Where the matter lies.
+    pub tables: &'a TableSet,
+    /// All particles, relative to the camera.
+    pub particles: &'a [Particle],
+    /// Where the maps lie.
+    pub maps: &'a ShadowUniforms,
+    /// Steps in a radius.
+    pub steps: u32,
+}
+
+impl Column<'_> {
+    /// Part of the ray through a place of the maps in a particle, m from the plane through the camera.
+    fn span(&self, particle: &Particle, place: DVec2) -> Option<(f64, f64)> {
+        let centre = DVec3::from(particle.centre.map(f64::from));
+        let across = place
+            - DVec2::new(centre.dot(axis(self.maps.axis_u)), centre.dot(axis(self.maps.axis_v)));
+        let square = f64::from(particle.radius).powi(2) - across.length_squared();
+        let half = (square > 0.0).then(|| square.sqrt())?;
+        let middle = -centre.dot(axis(self.maps.towards));
+        Some((middle - half, middle + half))
+    }
+
+    /// Where the ray through the middle of a texel of a map runs: place on the maps, m.
+    pub fn place(&self, map: usize, texel: [u32; 2]) -> DVec2 {
+        let [x, y, side, _] = self.maps.corner[map].map(f64::from);
+        DVec2::new(x, y) + (DVec2::new(texel[0].into(), texel[1].into()) + 0.5) * side
+    }
+
+    /// Nodes of a texel.
+    pub fn nodes(&self, map: usize, texel: [u32; 2]) -> Nodes {
+        let place = self.place(map, texel);
+        let texel_side = f64::from(self.maps.corner[map][2]);
+        let towards = axis(self.maps.towards);
+        let origin = place.x * axis(self.maps.axis_u) + place.y * axis(self.maps.axis_v);
+        let met: Vec<_> = self
+            .particles
+            .iter()
+            .filter_map(|p| self.span(p, place).map(|span| (p, span)))
+            .collect();
+        let (mut cursor, mut depth) = (f64::NEG_INFINITY, 0.0);
+        let (mut first, mut last) = (f64::INFINITY, 0.0f64);
+        let (mut at, mut eighth) = ([f64::INFINITY; 7], f64::INFINITY);
+        while depth < ENOUGH {
+            let open = met.iter().filter(|(_, (_, end))| *end > cursor);
+            let (mut begin, mut smallest) = (f64::INFINITY, f64::INFINITY);
+            // In the order of the lists: a smaller particle counts if it begins before the block's
+            // first radius ends.
+            let mut open: Vec<_> = open.collect();
+            open.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
+            let mut order: Vec<_> = open.iter().map(|(p, span)| (p, *span)).collect();
+            let nearest = |p: &Particle| {
+                -DVec3::from(p.centre.map(f64::from)).dot(towards) - f64::from(p.radius)
+            };
+            order.sort_by(|a, b| nearest(a.0).total_cmp(&nearest(b.0)));
+            for (particle, (near, _)) in order {
+                if nearest(particle) >= begin + smallest {
+                    break;
+                }
+                begin = begin.min(near.max(cursor));
+                smallest = smallest.min(particle.radius.into());
+            }
+            if !begin.is_finite() {
+                break;
+            }
+            let step = (smallest / f64::from(self.steps)).max(LEAST_STEP * begin.abs());
+            let mut bins = [0.0; BINS];
+            for (particle, (near, far)) in &met {
+                let (from, to) = (near.max(begin), far.min(begin + BINS as f64 * step));
+                if to <= from {
+                    continue;
+                }
+                last = last.max(to);
+                let radius = f64::from(particle.radius);
+                let centre = DVec3::from(particle.centre.map(f64::from));
+                let turn = DQuat::from_array(particle.orientation.map(f64::from));
+                let copy = copy_for((radius / texel_side) as f32);
+                for (i, bin) in bins.iter_mut().enumerate() {
+                    let (a, b) = (begin + step * i as f64, begin + step * (i + 1) as f64);
+                    let (a, b) = (a.max(from), b.min(to));
+                    if b > a {
+                        let point = origin - 0.5 * (a + b) * towards;
+                        let own = turn * ((point - centre) / radius);
+                        let density = self.tables.density(particle.shape, own, copy);
+                        *bin += f64::from(particle.extinction) * (b - a) * density;
+                    }
+                }
+            }
+            for (i, tau) in bins.into_iter().enumerate() {
+                let front = begin + step * i as f64;
+                let next = depth + tau;
+                if depth <= 0.0 && next > 0.0 {
+                    first = front;
+                }
+                if depth < ENOUGH && next >= ENOUGH {
+                    eighth = front + (ENOUGH - depth) / tau * step;
+                }
+                for (level, node) in NODES.iter().zip(&mut at) {
+                    if *level >= depth && *level < next {
+                        *node = front + (level - depth) / tau * step;
+                    }
+                }
+                depth = next;
+            }
+            cursor = begin + BINS as f64 * step;
+        }
+        if depth <= 0.0 {
+            return Nodes::EMPTY;
+        }
+        if depth < NODES[0] {
+            at = [last; 7];
+            at[0] = first;
+        } else {
+            // Nodes that are not reached: where they would be if matter went on as it ended.
+            let reached = at.iter().rposition(|a| a.is_finite()).unwrap_or(0);
+            let thickness = (last - at[reached]).max(0.0) / (depth - NODES[reached]).max(1e-20);
+            for i in reached + 1..NODES.len() {
+                at[i] = at[reached] + (NODES[i] - NODES[reached]) * thickness;
+            }
+            if eighth.is_infinite() {
+                eighth = at[reached] + (ENOUGH - NODES[reached]) * thickness;
+            }
+        }
+        let share = |t: f64| {
+            ((t - f64::from(self.maps.nearest)) / f64::from(self.maps.reach)).clamp(0.0, 1.0)
+        };
+        let is_deep = depth > NODES[6];
+        let rest =
+            if is_deep { (0.5 * share(eighth)).min(0.4999) } else { 0.5 + 0.5 * (-depth).exp() };
+        Nodes { at: at.map(share), rest }
+    }
+}
+
+/// Maps that have been made: texels of all of them, row after row.
+pub struct Maps<'a> {
+    /// Where they lie.
+    pub uniforms: &'a ShadowUniforms,
+    /// Four words each.
+    pub texels: &'a [[u32; 4]],
+}
+
+impl Maps<'_> {
+    fn nodes(&self, map: usize, [x, y]: [i64; 2]) -> Nodes {
+        let side = i64::from(self.uniforms.resolution);
+        let index = (map as i64 * side + y) * side + x;
+        let texel = usize::try_from(index).ok().and_then(|i| self.texels.get(i));
+        texel.map_or(Nodes::EMPTY, |t| Nodes::unpack(*t))
+    }
+
+    /// Optical depth from a point (m, relative to the camera) to the sun.
+    pub fn depth(&self, point: DVec3) -> f64 {
+        let maps = self.uniforms;
+        let place = DVec2::new(point.dot(axis(maps.axis_u)), point.dot(axis(maps.axis_v)));
+        let at = (-point.dot(axis(maps.towards)) - f64::from(maps.nearest)) / f64::from(maps.reach);
+        for map in 0..maps.maps as usize {
+            let [x, y, side, _] = maps.corner[map].map(f64::from);
+            let texel = (place - DVec2::new(x, y)) / side - 0.5;
+            let margin = texel.min(f64::from(maps.resolution) - 1.0 - texel).min_element();
+            if margin >= BORDER {
+                let first = texel.floor();
+                let (u, v) = ((texel - first).x, (texel - first).y);
+                let [x, y] = [first.x as i64, first.y as i64];
+                let four = [[x, y], [x + 1, y], [x, y + 1], [x + 1, y + 1]];
+                let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+                let depth = |texel| self.nodes(map, texel).depth(at).min(MOST_DEPTH);
+                return four.map(depth).iter().zip(weights).map(|(d, w)| d * w).sum();
+            }
+        }
+        0.0
+    }
 }

@@ -64,7 +64,7 @@ fn pixels_of_the_past_are_shaded_without_anything_else() {
 }
 
 #[test]
-fn a_turned_camera_keeps_the_light() {
+fn a_turned_camera_keeps_lists_and_light() {
     let mut now = key();
     now.frame.forward = [1.0, 0.0, 0.0, 0.0];
     let plan = frame(&mut after_a_frame(), &now, false, NONE);
@@ -72,7 +72,7 @@ fn a_turned_camera_keeps_the_light() {
     for pass in [Pass::Sky, Pass::Rings, Pass::LightGrid, Pass::LightField] {
         assert!(!plan.runs(pass), "{pass:?}");
     }
-    assert!(plan.runs(Pass::Shadow) && !plan.reshaded(), "only ground that comes into view");
+    assert!(plan.runs(Pass::Shadow), "what comes into view");
     assert!(plan.runs(Pass::Blend) && plan.runs(Pass::Resolve));
 }
 
@@ -117,7 +117,7 @@ fn what_is_out_of_view_waits_until_it_is_seen() {
     let plan = frame(&mut changes, &now, false, NONE);
     assert_eq!(running(&plan), [&shadows[..], &picture].concat());
     assert!(!plan.makes(Product::ScreenLists) && !plan.relit());
-    assert!(plan.reshaded());
+    assert!(plan.runs(Pass::Shadow));
     // Turned back without anything else: what was left out so far is made, and no more.
     now.in_view.clouds = true;
     let plan = frame(&mut changes, &now, false, ALL);

@@ -39,8 +39,7 @@ impl Renderer {
         // What a picture without clouds does not depend on shall not make it anew.
         let capacity = if has_clouds || has_shadows { self.capacities.particles } else { 0 };
         let bounds = bounds(scene, time);
-        let samples = self.quality.light_samples;
-        let light = view::light_view(scene.sun.direction, &bounds, camera.position, samples);
+        let light = view::light_view(scene.sun.direction, &bounds, camera.position);
         Ok(FrameKey {
             frame: view::frame_uniforms(
                 scene,
@@ -56,8 +55,10 @@ impl Renderer {
             listed,
             light,
             shadow: view::shadow_uniforms(
-                camera.position,
+                scene.sun.direction,
                 &bounds,
+                camera.position,
+                scene.effective_ground().map(|_| 0.0),
                 self.quality.shadow_resolution,
                 !self.make_unseen,
             ),
@@ -83,7 +84,13 @@ pub fn sky_inputs(scene: &Scene) -> SkyInputs {
 
 /// A box around all particles of the scene.
 fn bounds(scene: &Scene, time: f64) -> Bounds {
-    let mut result = Bounds { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, detail: 1e-3 };
+    let mut result = Bounds {
+        low: DVec3::INFINITY,
+        high: DVec3::NEG_INFINITY,
+        detail: 1e-3,
+        finest: f64::INFINITY,
+        around_camera: scene.clouds.is_some(),
+    };
     if let Some(field) = &scene.clouds {
         let reach = rings::reach(field);
         let largest = field.particle_size * field.cell_size;
@@ -93,18 +100,22 @@ fn bounds(scene: &Scene, time: f64) -> Bounds {
         result.high =
             DVec3::new(camera.x + reach, base + 1.5 * field.thickness + largest, camera.z + reach);
         result.detail = largest;
+        result.finest = largest;
     }
     if !scene.particles.is_empty() {
         let mut radii = 0.0;
         for particle in &scene.particles {
             result.low = result.low.min(particle.centre - particle.radius);
             result.high = result.high.max(particle.centre + particle.radius);
+            result.finest = result.finest.min(particle.radius);
             radii += particle.radius;
         }
         result.detail = result.detail.max(radii / scene.particles.len() as f64);
     }
     if result.low.x > result.high.x {
-        result = Bounds { low: DVec3::ZERO, high: DVec3::ONE, detail: 1.0 };
+        result.low = DVec3::ZERO;
+        result.high = DVec3::ONE;
+        result.finest = 1.0;
     }
     result
 }

@@ -47,21 +47,12 @@ impl Renderer {
         if plan.relit() {
             self.light_epoch = next(self.light_epoch);
         }
-        if plan.reshaded() {
-            self.shadow_epoch = next(self.shadow_epoch);
-        }
         let (phase, in_place) = match shading {
             Shading::All => (key.frame.phase, 1),
             Shading::Still(phase) => (phase, 1),
             Shading::Moving(phase) => (phase, 0),
         };
-        let frame = FrameUniforms {
-            light_epoch: self.light_epoch,
-            shadow_epoch: self.shadow_epoch,
-            phase,
-            in_place,
-            ..key.frame
-        };
+        let frame = FrameUniforms { light_epoch: self.light_epoch, phase, in_place, ..key.frame };
         let gpu = &self.gpu;
         let passes = &self.passes;
         gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&frame));
@@ -111,7 +102,8 @@ impl Renderer {
                     let Some(field) = self.grid.bind_group() else { return };
                     let groups = [tables, sky_bindings, field];
                     if let Some(composer) = &self.composer {
-                        let inputs = ComposeInputs { resources, phase: &self.phase };
+                        let inputs =
+                            ComposeInputs { resources, shadow: &self.shadow, phase: &self.phase };
                         composer.encode(gpu, &mut compute_pass(encoder, pass), &inputs, groups);
                         return;
                     }
@@ -149,6 +141,7 @@ impl Renderer {
                             &self.shadow,
                             &resources.shadow_bindings,
                             tables,
+                            key.shadow.maps,
                         );
                     }
                     Pass::Resolve => {

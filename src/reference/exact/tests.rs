@@ -20,19 +20,16 @@ fn cloud(tables: &TableSet, noise: bool) -> (Vec<Particle>, Vec<ParticleLight>) 
             let centre = [150.0 * signed(), 150.0 * signed(), -600.0 + 150.0 * signed()];
             let turn = DQuat::from_xyzw(signed().into(), signed().into(), signed().into(), 1.0);
             let mut four = |scale: f32| [0; 4].map(|_| scale * signed());
+            // The clouds are those of older figures: two more were drawn then.
+            let _ = [four(1.0), four(1.0)];
             let light = ParticleLight {
-                sun_front: four(1.0),
-                sun_behind: four(1.0),
                 sun_irradiance: four(1.0).map(f32::abs),
                 ambient_above: four(0.1).map(f32::abs),
                 ambient_below: four(0.1).map(f32::abs),
             };
-            // Depths to the sun stay above 0 over the whole particle; none is alone.
-            let light = ParticleLight {
-                sun_front: [3.0, light.sun_front[1], light.sun_front[2], light.sun_front[3]],
-                ambient_below: [light.ambient_below[0], 0.05, 0.05, 0.0],
-                ..light
-            };
+            // None is alone.
+            let light =
+                ParticleLight { ambient_below: [light.ambient_below[0], 0.05, 0.05, 0.0], ..light };
             let (radius, extinction) = (40.0 + 80.0 * signed().abs(), 0.02 * signed().abs());
             let shape = if noise { 1 + id % 5 } else { 0 };
             let optical_radius = extinction * radius * tables.mean_density(shape) as f32;
@@ -68,6 +65,11 @@ fn field() -> FieldSeen {
     FieldSeen::new(uniforms, (0..512).map(cell).collect(), DVec3::ZERO)
 }
 
+/// An optical depth to the sun that is linear, so that pieces of any length have it right.
+fn sun_depth(point: DVec3) -> f64 {
+    2.0 + 0.002 * point.x - 0.001 * point.y + 0.001 * point.z
+}
+
 fn scene() -> Scene {
     Scene { sky: SkyOf::Uniform { radiance: 0.1 }, ..Scene::default() }
 }
@@ -94,6 +96,7 @@ fn uniform_particles_as_the_other_compositor_has_them() {
         phase: PHASE.prepare(),
         halo: &halo,
         field: &field,
+        sun_depth: &sun_depth,
     };
     let exact =
         Exact::new(&scene(), inputs(), particles.clone(), lights.clone()).expect("particles");
@@ -131,6 +134,7 @@ fn noise_shapes_as_a_fine_march_has_them() {
         phase,
         halo: &halo,
         field: &field,
+        sun_depth: &sun_depth,
     };
     let exact = Exact::new(&scene(), inputs, particles, lights).expect("particles");
     for dir in directions().step_by(7) {
@@ -145,11 +149,7 @@ fn noise_shapes_as_a_fine_march_has_them() {
             let own = |chord: &Chord<'_>| STEP * chord.particle.extinction_at(ray.at(t));
             let tau: f64 = here().map(own).sum();
             let piece = lit.piece(t - 0.5 * STEP, t + 0.5 * STEP, tau, 0.5, depth);
-            let source = |chord: &Chord<'_>| {
-                let share = (t - chord.begin) / (chord.end - chord.begin);
-                piece.source(&chord.light, share, share)
-            };
-            let light: DVec3 = here().map(|chord| own(chord) * source(chord)).sum();
+            let light: DVec3 = here().map(|chord| own(chord) * piece.source(&chord.light)).sum();
             radiance += (-depth - 0.5 * tau).exp() * light;
             depth += tau;
         }
@@ -176,6 +176,7 @@ fn order_matters_in_these_clouds() {
         phase,
         halo: &halo,
         field: &field,
+        sun_depth: &sun_depth,
     };
     let most = directions()
         .map(|dir| {

@@ -62,7 +62,7 @@ pub(super) fn view(
             let (particles, lights) = renderer.particles()?;
             let discs = particles.iter().zip(&lights).map(|(particle, light)| {
                 // In the middle of the particle; no number is unusual for one out of view.
-                let through = f64::from((-light.sun_front[0].max(0.0)).exp());
+                let through = f64::from((-light.ambient_above[3]).exp());
                 Disc::of(particle.centre, particle.radius, grey(through))
             });
             let pixels = splat(&scene.camera, size, discs.collect());

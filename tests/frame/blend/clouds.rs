@@ -3,7 +3,11 @@
 use crate::TABLES;
 use bytemuck::Zeroable;
 use cumuli::frame::cpu::light_grid::FieldSeen;
-use cumuli::frame::gpu_data::{GridLevel, LightGridUniforms, Particle, ParticleLight};
+use cumuli::frame::cpu::shadow::Maps;
+use cumuli::frame::gpu_data::{
+    GridLevel, LightGridUniforms, Particle, ParticleLight, ShadowUniforms,
+};
+use cumuli::frame::view::{Bounds, shadow_uniforms};
 use cumuli::reference::Random;
 use glam::{DQuat, DVec3, DVec4, Vec3};
 
@@ -12,6 +16,8 @@ pub(super) struct Cloud {
     pub(super) particles: Vec<Particle>,
     pub(super) lights: Vec<ParticleLight>,
     pub(super) field: FieldSeen,
+    /// Optical depth to the sun.
+    pub(super) shadow: Shadow,
     /// m; with ground where it is above 0.
     pub(super) altitude: f64,
 }
@@ -43,28 +49,15 @@ pub(super) fn cloud(recipe: &Recipe, seed: u64) -> Cloud {
         .map(|i| {
             let mut signed = || (2.0 * random.unit() - 1.0) as f32;
             let mut four = |scale: f32| [0; 4].map(|_| scale * signed());
-            let (sun_front, sun_behind) = (four(2.0), four(2.0));
-            // The clouds are those of the figures below: two more were drawn then.
-            let _ = (four(2.0), four(2.0));
-            let light = ParticleLight {
-                sun_front,
-                sun_behind,
-                sun_irradiance: four(1.0).map(f32::abs),
-                ambient_above: four(0.1).map(f32::abs),
-                ambient_below: four(0.1).map(f32::abs),
-            };
+            // The clouds are those of older figures: four more were drawn then.
+            let _ = [four(2.0), four(2.0), four(2.0), four(2.0)];
             // One colour for all: in a frame it changes with the altitude alone, by less within a
             // block than is measured here. How much of a particle is alone differs.
+            let _ = [four(1.0), four(0.1)];
             let light = ParticleLight {
                 sun_irradiance: [0.9, 0.7, 0.5, 0.0],
                 ambient_above: [0.05, 0.08, 0.1, 0.0],
-                ambient_below: [0.04, 0.03, 0.02, light.ambient_below[3]],
-                ..light
-            };
-            // Depths to the sun that stay above 0 over the whole particle: linear along chords.
-            let light = ParticleLight {
-                sun_front: [3.5, light.sun_front[1], light.sun_front[2], light.sun_front[3]],
-                ..light
+                ambient_below: [0.04, 0.03, 0.02, four(0.1)[3].abs()],
             };
             let orientation = DQuat::from_array(four(1.0).map(f64::from)).normalize().as_quat();
             let offset = DVec3::from_slice(&four(1.0).map(f64::from)) * recipe.spread;
@@ -87,7 +80,61 @@ pub(super) fn cloud(recipe: &Recipe, seed: u64) -> Cloud {
     let key = |p: &Particle| (Vec3::from(p.centre).length() - p.radius).max(0.0);
     made.sort_by(|a, b| key(&a.0).total_cmp(&key(&b.0)));
     let (particles, lights) = made.into_iter().unzip();
-    Cloud { particles, lights, field: field(recipe), altitude: recipe.altitude }
+    Cloud {
+        particles,
+        lights,
+        field: field(recipe),
+        shadow: Shadow::new(recipe),
+        altitude: recipe.altitude,
+    }
+}
+
+/// Deep shadow maps over the whole of a recipe's cloud, of matter that waves.
+pub(super) struct Shadow {
+    pub(super) maps: ShadowUniforms,
+    pub(super) texels: Vec<[u32; 4]>,
+}
+
+/// Texels of a map along each axis.
+const SHADOW_TEXELS: u32 = 24;
+
+impl Shadow {
+    fn new(recipe: &Recipe) -> Self {
+        let reach = recipe.spread + recipe.radii[1];
+        let bounds = Bounds {
+            low: recipe.centre - reach,
+            high: recipe.centre + reach,
+            detail: reach,
+            finest: reach,
+            around_camera: false,
+        };
+        let maps = shadow_uniforms(sun(), &bounds, DVec3::ZERO, None, SHADOW_TEXELS, true);
+        let texel = |i: u32| {
+            let [x, y] = [i % SHADOW_TEXELS, i / SHADOW_TEXELS % SHADOW_TEXELS].map(f64::from);
+            let first = 0.2 + 0.1 * (0.4 * x).sin() + 0.1 * (0.3 * y).cos();
+            let at = [0.0, 0.08, 0.15, 0.2, 0.3, 0.5, 0.7].map(|step| first + 0.5 * step);
+            let half = |x: f64| (x * 65_535.0).round() as u32;
+            let pair = |a: f64, b: f64| half(a) | (half(b) << 16);
+            [
+                pair(at[0], at[1]),
+                pair(at[2], at[3]),
+                pair(at[4], at[5]),
+                pair(at[6], 0.5 * (first + 0.9)),
+            ]
+        };
+        let count = maps.maps * SHADOW_TEXELS * SHADOW_TEXELS;
+        Self { maps, texels: (0..count).map(texel).collect() }
+    }
+
+    /// Of a point, m from the eye.
+    pub(super) fn depth(&self, point: DVec3) -> f64 {
+        Maps { uniforms: &self.maps, texels: &self.texels }.depth(point)
+    }
+}
+
+/// Towards the sun.
+pub(super) fn sun() -> DVec3 {
+    DVec3::new(0.4, 0.7, -0.3).normalize()
 }
 
 /// A light field over the whole of a recipe's cloud that rises from corner to corner: linear, so that

@@ -84,11 +84,16 @@ impl Device {
             buffers::storage_with(gpu, "entries", &entries),
             buffers::storage(gpu, "counts", 3, 4),
         ];
+        let shadow = [
+            buffers::uniform(gpu, "shadow maps", &cloud.shadow.maps),
+            buffers::storage_with(gpu, "shadow texels", &cloud.shadow.texels),
+        ];
         let views = [&radiance, &distance].map(|t| t.create_view(&Default::default()));
         let resources: Vec<_> = uniforms
             .iter()
             .map(|buffer| buffer.as_entire_binding())
             .chain(views.iter().map(wgpu::BindingResource::TextureView))
+            .chain(shadow.iter().map(|buffer| buffer.as_entire_binding()))
             .collect();
         let field = field_on_device(&self.grid, &cloud.field);
         let kernel = &self.kernels[kernel];

@@ -72,8 +72,7 @@ pub(super) fn integrate(pixel: &Pixel<'_>) -> Composed {
             let lit = ray.piece(begin, begin + step, tau, 0.5, 0.0);
             let mut light = DVec3::ZERO;
             for ((_, chord), matter) in open.iter().zip(matter) {
-                let share = |t: f64| (t - chord.begin) / (chord.end - chord.begin);
-                light += matter * lit.source(&chord.light, share(begin), share(begin + step));
+                light += matter * lit.source(&chord.light);
             }
             let weight = sum.transmittance * -(-tau).exp_m1();
             if tau > 0.0 {

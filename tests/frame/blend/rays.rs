@@ -4,11 +4,12 @@ use crate::TABLES;
 use bytemuck::Zeroable;
 use cumuli::frame::cpu::atmosphere::distance_to_ground;
 use cumuli::frame::cpu::blend::Pixel;
+use cumuli::frame::cpu::lighting::SunDepth;
 use cumuli::frame::cpu::segments::ChordInputs;
 use cumuli::frame::gpu_data::FrameUniforms;
 use glam::{DVec3, Vec3};
 
-use super::clouds::Cloud;
+use super::clouds::{Cloud, sun};
 use super::{HALO, PHASE, SIZE};
 
 /// Looks along -Z; 57 degrees wide.
@@ -17,7 +18,7 @@ pub(super) fn frame(altitude: f64) -> FrameUniforms {
         right: [0.55, 0.0, 0.0, 0.0],
         up: [0.0, 0.44, 0.0, 0.0],
         forward: [0.0, 0.0, -1.0, 0.0],
-        sun: DVec3::new(0.4, 0.7, -0.3).normalize().as_vec3().extend(0.0).to_array(),
+        sun: sun().as_vec3().extend(0.0).to_array(),
         size: SIZE,
         tiles: SIZE.map(|s| s.div_ceil(8)),
         blocks: SIZE,
@@ -33,7 +34,11 @@ pub(super) fn frame(altitude: f64) -> FrameUniforms {
 }
 
 /// What the chords of a pixel are lit by.
-pub(super) fn inputs<'a>(frame: &'a FrameUniforms, cloud: &'a Cloud) -> ChordInputs<'a> {
+pub(super) fn inputs<'a>(
+    frame: &'a FrameUniforms,
+    cloud: &'a Cloud,
+    sun_depth: SunDepth<'a>,
+) -> ChordInputs<'a> {
     ChordInputs {
         frame,
         tables: &TABLES,
@@ -41,6 +46,7 @@ pub(super) fn inputs<'a>(frame: &'a FrameUniforms, cloud: &'a Cloud) -> ChordInp
         phase: PHASE.prepare(),
         halo: &HALO,
         field: &cloud.field,
+        sun_depth,
     }
 }
 
@@ -58,7 +64,8 @@ pub(super) fn by_pixel<T>(
     cloud: &Cloud,
     mut f: impl FnMut(&Pixel<'_>) -> T,
 ) -> Vec<T> {
-    let inputs = inputs(frame, cloud);
+    let sun_depth = |point| cloud.shadow.depth(point);
+    let inputs = inputs(frame, cloud, &sun_depth);
     let pixel = |i: u32| {
         let dir = pixel_direction(frame, i);
         let ground =
