@@ -47,6 +47,8 @@ impl Composer for StepCounter {
                 resources.blend_counts.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&resources.targets.clouds),
                 wgpu::BindingResource::TextureView(&resources.targets.distance),
+                inputs.shadow.uniforms.as_entire_binding(),
+                inputs.shadow.texels.as_entire_binding(),
             ],
         );
         pass.set_pipeline(self.kernel.pipeline("blend"));
