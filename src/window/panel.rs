@@ -121,8 +121,7 @@ pub(super) fn show(ctx: &Context, session: &mut Session, report: &Report) {
 fn waiting(ui: &mut Ui, stage: &str, report: &Report) {
     // Nothing that turns: it would be painted all the time, by the processor that compiles.
     ui.label(stage);
-    let share = report.compiled.min(SHADERS) as f32 / SHADERS as f32;
-    ui.add(egui::ProgressBar::new(share).desired_width(200.0));
+    ui.label(format!("{} shaders ready", report.compiled));
 }
 
 fn contents(ui: &mut Ui, session: &mut Session, report: &Report) {
