@@ -56,6 +56,8 @@ struct MarchUniforms {
 
 const FAR: f32 = 1e30;
 const PI: f32 = 3.14159265;
+// Transmittance below which nothing is seen: its logarithm stays finite.
+const DARK: f32 = 1e-30;
 // Octaves of sunlight, and the factor from one to the next on light, optical depth and mean cosine.
 const OCTAVES: u32 = 8u;
 const OCTAVE: f32 = 0.5;
@@ -216,7 +218,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             let seen = scattered_light(point - frame.grid_shift.xyz);
             let depth = sun_depth(point);
             let sunlight = exp(-depth);
-            let path = frame.halo_share * (depth - log(max(transmittance, 1e-30)));
+            let path = frame.halo_share * (depth - log(max(transmittance, DARK)));
             let order_once = phase_first * halo_factor(sun_row, path);
 #endif
             for (var entry = first; entry < list_end; entry++) {

@@ -20,6 +20,11 @@
 const NEAR: f32 = 1.0;
 // Optical depth beyond which the sun is not there.
 const DEEPEST: f32 = 80.0;
+// The same as a transmittance, below exp(-DEEPEST): the logarithm of 0 stays finite, and is cut there.
+const LEAST_TRANSMITTANCE: f32 = 1e-37;
+// Distance of a cell that holds the eye at its middle, m: the moments, which alone know the direction, are
+// 0 there.
+const LEAST_DISTANCE: f32 = 1e-6;
 
 @compute @workgroup_size(64)
 fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -31,7 +36,7 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
     let centre = level.low.xyz + (vec3<f32>(cell) + 0.5) * level.cell.xyz - eye.position.xyz;
     let distance = length(centre);
     // Light that reaches the eye travels against its view.
-    let view = centre / max(distance, 1e-6);
+    let view = centre / max(distance, LEAST_DISTANCE);
     // Around the eye the views of a cell's parts differ: the moments shrink to those of a wide cone.
     let sharp = smoothstep(0.0, NEAR, distance / max(level.cell.x, max(level.cell.y, level.cell.z)));
     let moments = vec2(grid.moment_first, grid.moment_second) * sharp;
@@ -48,7 +53,7 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
     // The grid keeps what comes in; the light field tells the middle.
     let half_way = 0.5 * extinction[index] * crossing(-grid.sun.xyz, level.cell.xyz).path;
     // Sums of rounded weights may pass 1.
-    let depth = clamp(half_way - log(max(sun_transmittance[index], 1e-37)), 0.0, DEEPEST);
+    let depth = clamp(half_way - log(max(sun_transmittance[index], LEAST_TRANSMITTANCE)), 0.0, DEEPEST);
     let slice = grid.level[id.y].low.w;
     textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), depth));
 }

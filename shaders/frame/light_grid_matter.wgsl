@@ -14,12 +14,17 @@
 @group(0) @binding(5) var<storage, read_write> extinction: array<f32>;     // 1/m
 
 const PI: f32 = 3.14159265;
+// Distance, m, below which a ball and a cell have the same middle: its direction does not matter then,
+// since the width is at least that of the cell's shortest side.
+const SAME_PLACE: f32 = 1e-6;
+// Sum of shares of a ball that meets no cell: none gets any of it.
+const LEAST_TOTAL: f32 = 1e-20;
 
 // Share of a cell that a ball fills, roughly: linear in the distance between the centres over one
 // cell's width. The sum over all cells is made exact by `splat`.
 fn ball_share(ball: f32, offset: vec3<f32>, cell: vec3<f32>) -> f32 {
     let distance = length(offset);
-    let width = max(dot(abs(offset), cell) / max(distance, 1e-6), min(cell.x, min(cell.y, cell.z)));
+    let width = max(dot(abs(offset), cell) / max(distance, SAME_PLACE), min(cell.x, min(cell.y, cell.z)));
     return clamp((ball - distance) / width + 0.5, 0.0, 1.0);
 }
 
@@ -48,7 +53,7 @@ fn splat(@builtin(global_invocation_id) id: vec3<u32>) {
         // Small balls: linear between the nearest cells.
         let small = ball < 0.75 * max(cell.x, max(cell.y, cell.z));
         for (var pass_index = 0u; pass_index < 2u; pass_index++) {
-            let scale = mass / (max(total, 1e-20) * cell.x * cell.y * cell.z * grid.quantum);
+            let scale = mass / (max(total, LEAST_TOTAL) * cell.x * cell.y * cell.z * grid.quantum);
             // The sum runs over the whole ball, also where it sticks out of the level.
             var begin_cell = first_cell;
             var end_cell = last_cell;

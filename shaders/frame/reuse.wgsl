@@ -32,6 +32,10 @@ const SLACK: f32 = 0.5;
 
 // Places of the frame before that are nearer than this to a pixel, in pixels, are that pixel.
 const SAME_PLACE: f32 = 1e-3;
+// More than any radiance: where minima and maxima begin.
+const BEYOND: f32 = 1e30;
+// Weight of a new pixel on whose row or column this one lies: the place that is followed stays defined.
+const LEAST_WEIGHT: f32 = 1e-3;
 
 // Weight of the texel `x` of four in a row for a place `f` beyond the second of them: Catmull and Rom's
 // spline. Bilinear, a pixel that is taken over three times in a row is blurred.
@@ -94,8 +98,8 @@ fn reuse(@builtin(global_invocation_id) id: vec3<u32>) {
     let f = at - low;
     let last = vec2<i32>((frame.size - 1u - first) / stride);
     var colour = vec4(0.0);
-    var least = vec4(1e30);
-    var most = vec4(-1e30);
+    var least = vec4(BEYOND);
+    var most = vec4(-BEYOND);
     var distance_sum = 0.0;
     var opacity_sum = 0.0;
     for (var corner = 0u; corner < 4u; corner++) {
@@ -108,7 +112,7 @@ fn reuse(@builtin(global_invocation_id) id: vec3<u32>) {
         least = min(least, new_one);
         most = max(most, new_one);
         // What counts little is still something to follow.
-        let seen = (weight + 1e-3) * (1.0 - new_one.a);
+        let seen = (weight + LEAST_WEIGHT) * (1.0 - new_one.a);
         distance_sum += seen * textureLoad(fresh_distance, texel, 0).r;
         opacity_sum += seen;
     }

@@ -15,22 +15,23 @@
 
 const NOT_SEEN: u32 = 0xffffffffu;
 const TILE: f32 = 8.0; // blocks a side
+// A tangent beyond every picture's edge: the widest field of view ends at 115.
+const EVERYTHING: f32 = 1e30;
 
 // Bounds of a sphere's picture along one image axis, in tangents of the angle from the view axis:
 // the lines through the eye that touch the circle (x, z, radius).
 fn tangent_bounds(x: f32, z: f32, radius: f32) -> vec2<f32> {
-    let everything = 1e30;
     let reach2 = x * x + z * z - radius * radius;
     if reach2 <= 0.0 {
-        return vec2(-everything, everything);
+        return vec2(-EVERYTHING, EVERYTHING);
     }
     let reach = sqrt(reach2);
     let low = z * reach + x * radius;
     let high = z * reach - x * radius;
     // A denominator that is not positive: the touching line lies beside or behind the eye.
     return vec2(
-        select(-everything, (x * reach - z * radius) / low, low > 0.0),
-        select(everything, (x * reach + z * radius) / high, high > 0.0),
+        select(-EVERYTHING, (x * reach - z * radius) / low, low > 0.0),
+        select(EVERYTHING, (x * reach + z * radius) / high, high > 0.0),
     );
 }
 

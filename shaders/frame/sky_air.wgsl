@@ -19,6 +19,10 @@ const MOST_STEPS: f32 = 24.0;
 const MOST_DEPTH: f32 = 30.0;
 // Below this opacity the ratio of the two sums is taken at the start of the ray, in the limit.
 const LEAST_OPACITY: f32 = 1e-9;
+// Extinction of air that is none, 1/m: a millionth of that 100 km high; what it would send is below it too.
+const LEAST_EXTINCTION: f32 = 1e-15;
+// Optical depth below which the four wavelengths' sum stands for 1 - exp: half of it, relative, is lost.
+const THIN: f32 = 1e-3;
 
 @compute @workgroup_size(8, 8)
 fn sky_air(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -42,7 +46,7 @@ fn sky_air(@builtin(global_invocation_id) id: vec3<u32>) {
     let source = (medium.rayleigh * phases.x + medium.aerosol * phases.y) * sunlight(start, sun_mu)
         + (medium.rayleigh + medium.aerosol) * scattered_light(start, sun_mu);
     let near_extinction = to_rgb(sky, medium.extinction);
-    var last = max(to_rgb(sky, source) / max(near_extinction, vec3(1e-15)), vec3(0.0));
+    var last = max(to_rgb(sky, source) / max(near_extinction, vec3(LEAST_EXTINCTION)), vec3(0.0));
     var over = near_extinction * (AIR_MIDDLE * air_share(reach));
 
     var sum: Gathered;
@@ -60,8 +64,8 @@ fn sky_air(@builtin(global_invocation_id) id: vec3<u32>) {
             let transmittance = to_rgb(sky, exp(-sum.optical_depth));
             // In thin air the four wavelengths' sum is exact where 1 - exp is not.
             let thin = to_rgb(sky, sum.optical_depth);
-            let depth = select(-log(clamp(transmittance, vec3(exp(-MOST_DEPTH)), vec3(1.0))), thin, thin < vec3(1e-3));
-            let opacity = select(1.0 - exp(-depth), depth, depth < vec3(1e-3));
+            let depth = select(-log(clamp(transmittance, vec3(exp(-MOST_DEPTH)), vec3(1.0))), thin, thin < vec3(THIN));
+            let opacity = select(1.0 - exp(-depth), depth, depth < vec3(THIN));
             last = select(last, max(to_rgb(sky, sum.radiance), vec3(0.0)) / max(opacity, vec3(LEAST_OPACITY)), opacity > vec3(LEAST_OPACITY));
             over = max(depth, vec3(0.0)) / (w * w);
         }

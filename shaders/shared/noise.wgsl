@@ -17,9 +17,12 @@ fn hash_combine(seed: u32, value: u32) -> u32 {
     return hash(seed ^ (value + 0x9e3779b9u + (seed << 6u) + (seed >> 2u)));
 }
 
+// 2^-24: a step of f32 below 1, so the products are exact.
+const STEP_OF_24_BITS: f32 = 5.9604645e-8;
+
 // Uniform in [0, 1) from the upper 24 bits.
 fn unit_float(h: u32) -> f32 {
-    return f32(h >> 8u) * 5.9604645e-8;
+    return f32(h >> 8u) * STEP_OF_24_BITS;
 }
 
 // Dot product of the offset with a gradient of three components in [-1, 1] taken from a hash.

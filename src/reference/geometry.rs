@@ -47,6 +47,12 @@ pub trait Medium: Sync {
 
     /// Extinction at a point of a piece, 1/m; in 0..=majorant.
     fn extinction(&self, cell: usize, point: DVec3) -> f64;
+
+    /// Unbiased estimate, 0 to 1, of how far the extinction at a point of a piece is from its lower bound
+    /// on the way to the upper one.
+    fn share(&self, piece: &Piece, point: DVec3, _random: &mut Random) -> f64 {
+        (self.extinction(piece.cell, point) - piece.minorant) / (piece.majorant - piece.minorant)
+    }
 }
 
 /// Distance to the first collision before `limit`, by delta tracking.
@@ -64,8 +70,10 @@ pub fn first_collision(
             if t >= piece.end {
                 return ControlFlow::Continue(());
             }
-            let level = random.unit() * piece.majorant;
-            if level < piece.minorant || level < medium.extinction(piece.cell, ray.at(t)) {
+            // What is left of an even number below its part is even again.
+            let level = random.unit() * piece.majorant - piece.minorant;
+            let residual = piece.majorant - piece.minorant;
+            if level < 0.0 || level < residual * medium.share(&piece, ray.at(t), random) {
                 found = Some(t);
                 return ControlFlow::Break(());
             }
@@ -95,7 +103,7 @@ fn goes_on(estimate: &mut f64, random: &mut Random) -> bool {
 pub fn transmittance(medium: &impl Medium, ray: &Ray, limit: f64, random: &mut Random) -> f64 {
     let mut estimate = 1.0;
     medium.pieces(ray, limit, &mut |piece| {
-        let Piece { begin, end, minorant, majorant, cell } = piece;
+        let Piece { begin, end, minorant, majorant, .. } = piece;
         if minorant > 0.0 {
             estimate *= (-minorant * (end - begin)).exp();
             if !goes_on(&mut estimate, random) {
@@ -110,8 +118,7 @@ pub fn transmittance(medium: &impl Medium, ray: &Ray, limit: f64, random: &mut R
             if t >= end || t.is_nan() {
                 return ControlFlow::Continue(());
             }
-            let extinction = medium.extinction(cell, ray.at(t));
-            estimate *= (1.0 - (extinction - minorant) / residual).max(0.0);
+            estimate *= (1.0 - medium.share(&piece, ray.at(t), random)).max(0.0);
             if !goes_on(&mut estimate, random) {
                 return ControlFlow::Break(());
             }

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use super::bounds::{DensityBounds, Range};
 use super::geometry::{Medium, Piece, Ray};
 use super::particles::WorldParticle;
+use super::random::Random;
 use super::walk::Cells;
 use crate::medium::Shape;
 
@@ -51,6 +52,26 @@ struct Part {
     range: Range,
 }
 
+/// A particle that does not fill a fine cell evenly.
+#[derive(Clone, Copy, Debug, Default)]
+struct Member {
+    particle: u32,
+    /// 1/m, nowhere less in the cell.
+    low: f32,
+    /// 1/m, from `low` to what is nowhere exceeded.
+    span: f32,
+}
+
+impl Member {
+    fn new(particle: u32, extinction: f64, range: Range) -> Self {
+        let low = (extinction * f64::from(range.low) * (1.0 - ROUNDING)) as f32;
+        let high = extinction * f64::from(range.high) * (1.0 + ROUNDING);
+        let span = ((high - f64::from(low)) * (1.0 + ROUNDING)) as f32;
+        // Next to nothing may have been rounded to nothing.
+        Self { particle, low, span: span.max(f32::MIN_POSITIVE) }
+    }
+}
+
 /// The particles of a scene, ready for light.
 pub struct ParticleGrid {
     particles: Vec<WorldParticle>,
@@ -59,11 +80,13 @@ pub struct ParticleGrid {
     blocks: Vec<Block>,
     /// Where a fine cell's list begins; one more than there are cells.
     begins: Vec<u32>,
-    /// Where those on the list begin that fill the whole cell evenly.
+    members: Vec<Member>,
+    /// The same for those that fill the whole cell evenly.
+    even_begins: Vec<u32>,
     evens: Vec<u32>,
-    members: Vec<u32>,
-    minorants: Vec<f32>,
-    majorants: Vec<f32>,
+    /// 1/m: lower bound of the extinction, and what is between it and the upper one.
+    minorants: Vec<f64>,
+    spans: Vec<f64>,
     /// 1/m, of particles that fill the whole fine cell evenly.
     constants: Vec<f64>,
 }
@@ -95,10 +118,11 @@ impl ParticleGrid {
             balls,
             cells,
             begins: Vec::new(),
-            evens: Vec::new(),
             members: Vec::new(),
+            even_begins: Vec::new(),
+            evens: Vec::new(),
             minorants: Vec::new(),
-            majorants: Vec::new(),
+            spans: Vec::new(),
             constants: Vec::new(),
         };
         let fine = grid.divide();
@@ -115,8 +139,8 @@ impl ParticleGrid {
     pub fn along(&self, ray: &Ray, limit: f64, found: &mut Vec<u32>) {
         found.clear();
         self.pieces(ray, limit, &mut |piece| {
-            let list = self.begins[piece.cell] as usize..self.begins[piece.cell + 1] as usize;
-            found.extend_from_slice(&self.members[list]);
+            found.extend(self.members(piece.cell).iter().map(|member| member.particle));
+            found.extend_from_slice(list(&self.even_begins, &self.evens, piece.cell));
             ControlFlow::Continue(())
         });
         found.sort_unstable();
@@ -214,11 +238,9 @@ impl ParticleGrid {
                 bounds.entry(Arc::as_ptr(&p.shape)).or_insert_with(made).clone()
             })
             .collect();
-        let (mut low, mut high) = (vec![0.0f64; count], vec![0.0f64; count]);
         self.constants = vec![0.0; count];
-        let mut lists = [vec![0u32; count], vec![0u32; count]];
-        // Cell, particle, and whether it fills the cell evenly, in the order of the particles.
-        let mut entries: Vec<(u32, u32, bool)> = Vec::new();
+        // Cell and member, in the order of the particles.
+        let (mut members, mut evens) = (Vec::new(), Vec::new());
         for first in (0..self.particles.len()).step_by(BATCH) {
             let batch = first..(first + BATCH).min(self.particles.len());
             let parts: Vec<_> = batch
@@ -227,41 +249,69 @@ impl ParticleGrid {
                 .map(|i| self.parts(&self.particles[i], &of[i]))
                 .collect();
             for (i, part) in batch.zip(&parts).flat_map(|(i, p)| p.iter().map(move |p| (i, p))) {
-                let (cell, extinction) = (part.cell as usize, self.particles[i].extinction);
-                let even = part.range.low == part.range.high;
-                low[cell] += extinction * f64::from(part.range.low);
-                high[cell] += extinction * f64::from(part.range.high);
-                if even {
-                    self.constants[cell] += extinction * f64::from(part.range.low);
+                let (extinction, range) = (self.particles[i].extinction, part.range);
+                if range.low == range.high {
+                    self.constants[part.cell as usize] += extinction * f64::from(range.low);
+                    evens.push((part.cell, i as u32));
+                } else {
+                    members.push((part.cell, Member::new(i as u32, extinction, range)));
                 }
-                lists[usize::from(even)][cell] += 1;
-                entries.push((part.cell, i as u32, even));
             }
         }
-        self.minorants = low.iter().map(|m| (m * (1.0 - ROUNDING)) as f32).collect();
-        self.majorants = high.iter().map(|m| (m * (1.0 + ROUNDING)) as f32).collect();
-        let [uneven, even] = lists;
-        let mut begin = 0;
-        for (uneven, even) in uneven.iter().zip(&even) {
-            self.begins.push(begin);
-            self.evens.push(begin + uneven);
-            begin += uneven + even;
-        }
-        self.begins.push(begin);
-        let mut next = [self.begins.clone(), self.evens.clone()];
-        self.members = vec![0; begin as usize];
-        for (cell, particle, even) in entries {
-            let place = &mut next[usize::from(even)][cell as usize];
-            self.members[*place as usize] = particle;
-            *place += 1;
-        }
+        (self.begins, self.members) = by_cell(members, count);
+        (self.even_begins, self.evens) = by_cell(evens, count);
+        // Of the same numbers that the members have, in the same order: the bounds are theirs exactly.
+        let sum = |cell: usize, of: fn(&Member) -> f32| -> f64 {
+            self.members(cell).iter().map(|member| f64::from(of(member))).sum()
+        };
+        let minorant = |cell: usize| self.constants[cell] + sum(cell, |m| m.low);
+        let minorants = (0..count).map(minorant).collect();
+        let spans = (0..count).map(|cell| sum(cell, |m| m.span)).collect();
+        (self.minorants, self.spans) = (minorants, spans);
+    }
+
+    /// Those with matter in a fine cell that do not fill it evenly.
+    fn members(&self, cell: usize) -> &[Member] {
+        list(&self.begins, &self.members, cell)
+    }
+
+    /// Extinction of a member at a point above what it has everywhere in the cell, over its span.
+    fn share_of(&self, member: &Member, point: DVec3) -> f64 {
+        let ball = &self.balls[member.particle as usize];
+        let inside = (point - ball.centre).length_squared() < ball.radius_squared;
+        let particle = &self.particles[member.particle as usize];
+        let extinction = if inside { particle.extinction_at(point) } else { 0.0 };
+        (extinction - f64::from(member.low)) / f64::from(member.span)
     }
 
     fn piece(&self, cell: usize, begin: f64, end: f64) -> Option<Piece> {
-        let majorant = f64::from(self.majorants[cell]);
-        let minorant = f64::from(self.minorants[cell]);
+        let minorant = self.minorants[cell];
+        let majorant = minorant + self.spans[cell];
         (majorant > 0.0).then_some(Piece { begin, end, minorant, majorant, cell })
     }
+}
+
+/// Entries of cells one cell after the other, in the order in which they came, and where each begins.
+fn by_cell<T: Copy + Default>(entries: Vec<(u32, T)>, count: usize) -> (Vec<u32>, Vec<T>) {
+    let mut begins = vec![0u32; count + 1];
+    for (cell, _) in &entries {
+        begins[*cell as usize + 1] += 1;
+    }
+    for i in 0..count {
+        begins[i + 1] += begins[i];
+    }
+    let mut next = begins.clone();
+    let mut sorted = vec![T::default(); entries.len()];
+    for (cell, entry) in entries {
+        let place = &mut next[cell as usize];
+        sorted[*place as usize] = entry;
+        *place += 1;
+    }
+    (begins, sorted)
+}
+
+fn list<'a, T>(begins: &[u32], entries: &'a [T], cell: usize) -> &'a [T] {
+    &entries[begins[cell] as usize..begins[cell + 1] as usize]
 }
 
 impl Medium for ParticleGrid {
@@ -288,13 +338,28 @@ impl Medium for ParticleGrid {
 
     fn extinction(&self, cell: usize, point: DVec3) -> f64 {
         let mut sum = self.constants[cell];
-        for &i in &self.members[self.begins[cell] as usize..self.evens[cell] as usize] {
-            let ball = &self.balls[i as usize];
+        for member in self.members(cell) {
+            let ball = &self.balls[member.particle as usize];
             if (point - ball.centre).length_squared() < ball.radius_squared {
-                sum += self.particles[i as usize].extinction_at(point);
+                sum += self.particles[member.particle as usize].extinction_at(point);
             }
         }
         sum
+    }
+
+    /// Looks at one member, drawn by its span, in place of all: the densities of ten or more that
+    /// overlap were half of a path's time, and a collision does not need to know their sum.
+    fn share(&self, piece: &Piece, point: DVec3, random: &mut Random) -> f64 {
+        let mut left = random.unit() * self.spans[piece.cell];
+        let members = self.members(piece.cell);
+        for member in members {
+            left -= f64::from(member.span);
+            if left < 0.0 {
+                return self.share_of(member, point);
+            }
+        }
+        // The last digit of the sum.
+        members.last().map_or(0.0, |member| self.share_of(member, point))
     }
 }
 

@@ -13,7 +13,7 @@ use crate::frame::cpu::light_grid::FieldSeen;
 use crate::frame::cpu::segments::ChordInputs;
 use crate::frame::cpu::sky::Sky;
 use crate::frame::cpu::sky_march::Air;
-use crate::frame::gpu_data::LightGridUniforms;
+use crate::frame::gpu_data::{LightGridUniforms, Particle};
 use crate::frame::renderer::sky_inputs;
 use crate::frame::view::frame_uniforms;
 use crate::reference::{AIR_STEPS, Exact, Filter, SunTruth, View};
@@ -22,6 +22,8 @@ use crate::tables::TableSet;
 
 /// Pixels that are compared, evenly spread over the picture.
 const PIXELS: usize = 48;
+/// Index of the shape without noise.
+const UNIFORM: u32 = 0;
 /// Particles up to which that takes seconds.
 const MOST_PARTICLES: u64 = 20_000;
 /// Differences that fail a case: they tell blunders. The errors of tables and marches have their own
@@ -33,6 +35,12 @@ const MOST_TRANSMITTANCE: f64 = 0.2;
 /// next to nothing.
 const MOST_RADIANCE: f64 = 0.2;
 const MOST_OF_ALLOWED: f64 = 0.02;
+
+/// Optical radius, extinction times radius at density 1, of a noise shape up to which pictures are
+/// compared. Beyond, a byte of density is more than 4 deep in a radius: the outline of the last wisp, which
+/// may be thinner than a step of the march, decides between all and nothing, and pixels whose rays meet
+/// such particles tell nothing. Clouds have less than 100.
+const DEEPEST_COMPARED: f64 = 1e3;
 
 /// Radiance that counts as dark, over what energy allows: tables of the air and the light grid are in
 /// 16-bit floats, which end there.
@@ -133,16 +141,24 @@ impl Composed<'_> {
             field: &field,
             sun_depth: &|point| truth.depth(point),
         };
+        let scale = f64::from(frame.delta_scale);
+        let deep: Vec<Particle> =
+            particles.iter().filter(|p| p.shape != UNIFORM && is_deep(p, scale)).copied().collect();
         let exact = Exact::with_sky(scene, inputs, particles, lights, sky(scene, air))?;
         let view = View::new(&scene.camera, size, None, Filter::Centre);
         let count = picture.radiance.len();
-        let compared = count.min(PIXELS);
+        let looked_at = count.min(PIXELS);
+        let mut compared = 0;
         let (mut transmittance, mut radiance, mut total, mut allowed) = (0.0, 0.0, 0.0, 0.0);
-        for i in 0..compared {
+        for i in 0..looked_at {
             // A step that shares no factor with the width: not the same column every time.
-            let index = (i * count / compared + i % 7).min(count - 1);
+            let index = (i * count / looked_at + i % 7).min(count - 1);
             let [x, y] = [index % size[0] as usize, index / size[0] as usize];
             let dir = view.ray([x as f64 + 0.5, y as f64 + 0.5], [0.0; 2]).dir;
+            if deep.iter().any(|particle| meets(particle, dir)) {
+                continue;
+            }
+            compared += 1;
             let expected = exact.pixel(dir);
             let [r, g, b, opacity] = picture.radiance[index].map(f64::from);
             transmittance += (1.0 - opacity - expected.transmittance).powi(2);
@@ -153,6 +169,9 @@ impl Composed<'_> {
                 allowed += 3.0 * bound * bound;
             }
         }
+        if compared == 0 {
+            return Ok(None);
+        }
         let over = |of: f64| if radiance == 0.0 { 0.0 } else { (radiance / of).sqrt() };
         Ok(Some(Difference {
             pixels: compared,
@@ -161,4 +180,17 @@ impl Composed<'_> {
             of_allowed: over(allowed),
         }))
     }
+}
+
+/// Whether a particle is too deep to be compared; its extinction is scaled by `scale`.
+fn is_deep(particle: &Particle, scale: f64) -> bool {
+    f64::from(particle.extinction) * f64::from(particle.radius) > DEEPEST_COMPARED * scale
+}
+
+/// Whether a ray from the eye meets a particle.
+fn meets(particle: &Particle, dir: DVec3) -> bool {
+    let [x, y, z] = particle.centre.map(f64::from);
+    let (centre, radius) = (DVec3::new(x, y, z), f64::from(particle.radius));
+    let nearest = centre.dot(dir).max(0.0) * dir;
+    centre.distance_squared(nearest) < radius * radius
 }

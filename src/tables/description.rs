@@ -13,7 +13,7 @@ use crate::medium::{Phase, ShapeSpec};
 /// Version of the layout of table files. A file of another version is refused.
 pub const FORMAT: u32 = 3;
 /// Version of the scattering solver and of the meaning of its values. Tables of another are refused.
-pub const SCATTERING_VERSION: u32 = 3;
+pub const SCATTERING_VERSION: u32 = 4;
 /// The program that computes tables.
 const GENERATOR: &str = concat!("cumuli precompute ", env!("CARGO_PKG_VERSION"));
 

@@ -25,33 +25,58 @@ const SERIES_BELOW: f64 = 0.02;
 /// Source of order 1 without phase function and albedo: the mean of the sun's transmittance over the
 /// chord, weighted with that of the view.
 pub fn single_source(geometry: &Geometry, optical_radius: f64) -> f64 {
-    let chord = 2.0 * geometry.incidence;
-    let height = geometry.elevation();
-    let climb = geometry.view_sun.cos();
-    let crowding = 1.0 + CROWDING * optical_radius * chord;
-    let (mut sum, mut before) = (0.0, 0.0);
-    let mut depth = optical_radius * 2.0 * (-height).max(0.0);
-    let mut light = (-depth).exp();
-    for piece in 1..=PIECES {
-        let u = piece as f64 / PIECES as f64;
-        // Even at both ends in the root of the distance, which takes the root out of the sun's path.
-        let x = u * u * (3.0 - 2.0 * u);
-        let fraction = x / (crowding * (1.0 - x) + x);
-        let t = chord * fraction;
-        let along = height + t * climb;
-        let inside = t * (chord - t).max(0.0);
-        let here = optical_radius * (t + ((along * along + inside).sqrt() - along).max(0.0));
-        let (step, here_light) = (here - depth, (-here).exp());
-        // Next to the terminator the way to the sun may shrink faster than the eye's grows.
-        let mean = if step.abs() < SERIES_BELOW {
-            light * (1.0 - step * (0.5 - step * (1.0 / 6.0 - step / 24.0)))
-        } else {
-            (light - here_light) / step
-        };
-        sum += (fraction - before) * mean;
-        (before, depth, light) = (fraction, here, here_light);
+    let chord = ChordMarch::new(geometry.incidence, optical_radius);
+    chord.source(geometry.elevation(), geometry.view_sun.cos())
+}
+
+/// A chord's pieces, for any direction of the sun.
+pub struct ChordMarch {
+    chord: f64,
+    optical_radius: f64,
+    /// Where pieces end, as shares of the chord.
+    fractions: [f64; PIECES],
+    mean_transmittance: f64,
+}
+
+impl ChordMarch {
+    /// Of a chord with this cosine of incidence.
+    pub fn new(incidence: f64, optical_radius: f64) -> Self {
+        let chord = 2.0 * incidence;
+        let crowding = 1.0 + CROWDING * optical_radius * chord;
+        let fractions = std::array::from_fn(|piece| {
+            let u = (piece + 1) as f64 / PIECES as f64;
+            // Even at both ends in the root of the distance, which takes the root out of the sun's path.
+            let x = u * u * (3.0 - 2.0 * u);
+            x / (crowding * (1.0 - x) + x)
+        });
+        let mean_transmittance = mean_transmittance(optical_radius * chord);
+        Self { chord, optical_radius, fractions, mean_transmittance }
     }
-    sum / mean_transmittance(optical_radius * chord)
+
+    /// The source where the entry point has this height over the plane through the centre that faces
+    /// the sun, and the view this cosine of its angle from the sun.
+    pub fn source(&self, height: f64, climb: f64) -> f64 {
+        let &Self { chord, optical_radius, .. } = self;
+        let (mut sum, mut before) = (0.0, 0.0);
+        let mut depth = optical_radius * 2.0 * (-height).max(0.0);
+        let mut light = (-depth).exp();
+        for fraction in self.fractions {
+            let t = chord * fraction;
+            let along = height + t * climb;
+            let inside = t * (chord - t).max(0.0);
+            let here = optical_radius * (t + ((along * along + inside).sqrt() - along).max(0.0));
+            let (step, here_light) = (here - depth, (-here).exp());
+            // Next to the terminator the way to the sun may shrink faster than the eye's grows.
+            let mean = if step.abs() < SERIES_BELOW {
+                light * (1.0 - step * (0.5 - step * (1.0 / 6.0 - step / 24.0)))
+            } else {
+                (light - here_light) / step
+            };
+            sum += (fraction - before) * mean;
+            (before, depth, light) = (fraction, here, here_light);
+        }
+        sum / self.mean_transmittance
+    }
 }
 
 /// `(1 - exp(-tau)) / tau`; 1 at 0.

@@ -103,21 +103,19 @@ impl Flight {
 
 /// Source of order 1 without phase function and albedo for the line from a place within the
 /// sphere, given by its distance from the centre and its angle from the sun axis, in a direction
-/// given by its angle from the sun and its azimuth relative to the place's.
+/// given by its angle from the sun and its azimuth relative to the place's; angles as sine and cosine.
 pub fn source_from_within(
     radius: f64,
-    zenith: f64,
-    view_sun: f64,
-    azimuth: f64,
+    zenith: (f64, f64),
+    view_sun: (f64, f64),
+    azimuth_cosine: f64,
     optical_radius: f64,
 ) -> f64 {
-    let outward =
-        radius * (zenith.sin() * view_sun.sin() * azimuth.cos() + zenith.cos() * view_sun.cos());
+    let outward = radius * (zenith.0 * view_sun.0 * azimuth_cosine + zenith.1 * view_sun.1);
     let depth = ((1.0 - radius) * (1.0 + radius)).max(0.0);
     let root = (outward * outward + depth).sqrt();
     let length = if outward > 0.0 { depth / (root + outward) } else { root - outward };
-    let flight =
-        Flight { length, height: radius * zenith.cos(), climb: view_sun.cos(), depth, outward };
+    let flight = Flight { length, height: radius * zenith.1, climb: view_sun.1, depth, outward };
     flight.mean_transmittance(optical_radius, FEW_PANELS, &FEW_RULE)
 }
 

@@ -83,7 +83,8 @@ fn furnace_is_exact_for_every_chord() {
     for optical_radius in [0.02, 0.3, 2.7, 11.0] {
         for incidence in [0.02, 0.35, 0.66, 0.97, 1.0] {
             let [single, multiple] = furnace.integrals(|azimuth, view_sun| {
-                let (azimuth, view_sun) = (azimuth.angle, view_sun.angle);
+                let angle = |place: &bake::Place| place.sine.atan2(place.cosine);
+                let (azimuth, view_sun) = (angle(azimuth), angle(view_sun));
                 let ray = mapping::Geometry { incidence, azimuth, view_sun };
                 table.lookup_geometry(&ray, optical_radius)
             });

@@ -8,13 +8,17 @@ use super::super::mapping::{ViewSunMap, azimuth_angle, azimuth_coordinate, node}
 use super::GaussRule;
 use crate::medium::Phase;
 
-/// Points of the rule in each cell of the table.
-const POINTS: usize = 4;
+/// Points of the rule in each cell of the table, along the view-sun angle and the azimuth: within a cell
+/// nothing but the lobe bends.
+const VIEW_POINTS: usize = 4;
+const AZIMUTH_POINTS: usize = 2;
 
 /// One place of the rule on an axis.
 pub struct Place {
-    /// The angle, rad.
-    pub angle: f64,
+    /// Sine of the angle.
+    pub sine: f64,
+    /// Its cosine.
+    pub cosine: f64,
     /// Node below.
     pub index: usize,
     /// Share of the next node.
@@ -33,11 +37,10 @@ impl Furnace {
     /// For a table of this resolution.
     pub fn new(phase: &Phase, map: &ViewSunMap, resolution: [usize; 4]) -> Self {
         let [_, _, azimuths, views] = resolution;
-        let rule = GaussRule::new(POINTS);
         let prepared = phase.prepare();
         Self {
             views: places(
-                &rule,
+                &GaussRule::new(VIEW_POINTS),
                 views,
                 |u| map.angle(u),
                 |a| map.coordinate((0.5 * a).sin()),
@@ -45,7 +48,7 @@ impl Furnace {
             ),
             // Both halves of the circle.
             azimuths: places(
-                &rule,
+                &GaussRule::new(AZIMUTH_POINTS),
                 azimuths,
                 azimuth_angle,
                 |a| azimuth_coordinate(a.cos()),
@@ -85,7 +88,8 @@ fn places(
             let share = (coordinate(a) * (count - 1) as f64 - cell as f64).clamp(0.0, 1.0);
             let (measure, phase) = density(a);
             let measure = measure * w * (to - from);
-            out.push(Place { angle: a, index: cell, share, measure, phase });
+            let (sine, cosine) = a.sin_cos();
+            out.push(Place { sine, cosine, index: cell, share, measure, phase });
         }
     }
     out

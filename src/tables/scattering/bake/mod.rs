@@ -50,7 +50,7 @@ use rayon::prelude::*;
 
 pub use fixed_point::Convergence;
 #[cfg(test)]
-pub use furnace::Furnace;
+pub use furnace::{Furnace, Place};
 pub use quadrature::GaussRule;
 
 use self::diffusion::Diffusion;
@@ -59,7 +59,7 @@ use self::rescatter::{Rescatter, Shape};
 use self::sweep::{Emission, Flights};
 use super::ScatteringOptions;
 use super::mapping::{Geometry, ViewSunMap, azimuth_angle, incidence_cosine, node};
-use super::march::single_source;
+use super::march::ChordMarch;
 use super::report::{RadiusReport, ScatteringReport};
 use super::single::{opacity, source_from_within};
 use super::terminator::Terminator;
@@ -232,23 +232,25 @@ impl Solver {
         let mut scales = Vec::new();
         if self.albedo == 1.0 {
             for (i, rows) in values.chunks_exact_mut(azimuths * views).enumerate() {
+                let incidence = incidence_cosine(node(i, incidences));
+                let chord = ChordMarch::new(incidence, optical_radius);
+                let across = (1.0 - incidence * incidence).max(0.0).sqrt();
                 let [once, multiple] = furnace.integrals(|a, v| {
                     let at = |j: usize, k: usize| rows[j * views + k];
                     let line =
                         |j: usize| at(j, v.index) + v.share * (at(j, v.index + 1) - at(j, v.index));
                     let (low, high) = (line(a.index), line(a.index + 1));
-                    let ray = geometry(i, a.angle, v.angle);
-                    let elevation = ray.elevation();
+                    let elevation = across * v.sine * a.cosine - incidence * v.cosine;
                     let known =
                         opacity(optical_radius) * self.terminator.factor(elevation, optical_radius);
                     [
-                        single_source(&ray, optical_radius),
+                        chord.source(elevation, v.cosine),
                         known * (low + a.share * (high - low)).exp(),
                     ]
                 });
                 let scale = (1.0 - once).max(0.0) / multiple;
                 rows.iter_mut().for_each(|v| *v += scale.ln());
-                if incidence_cosine(node(i, incidences)) >= GRAZING {
+                if incidence >= GRAZING {
                     scales.push(scale);
                 }
             }
@@ -313,14 +315,19 @@ impl Solver {
     fn once_scattered(&self, grid: &FieldGrid, flights: &Flights, optical_radius: f64) -> Vec<f32> {
         let size = grid.size;
         let step = PI / (size.azimuth - 1) as f64;
+        let azimuths: Vec<f64> = (0..size.azimuth).map(|k| (step * k as f64).cos()).collect();
+        let angles = (0..size.view_sun).map(|k| grid.view_sun_at(k));
+        let angles: Vec<_> = angles.map(|a| (a.sin(), a.cos())).collect();
+        let (azimuths, angles) = (&azimuths, &angles);
         (0..size.radius * size.zenith)
             .into_par_iter()
             .flat_map_iter(|place| {
                 let radius = grid.radius_at((place / size.zenith) as f64);
                 let zenith = grid.zenith_at((place % size.zenith) as f64);
+                let zenith = (zenith.sin(), zenith.cos());
                 (0..size.directions()).map(move |direction| {
-                    let view_sun = grid.view_sun_at(direction / size.azimuth);
-                    let azimuth = step * (direction % size.azimuth) as f64;
+                    let view_sun = angles[direction / size.azimuth];
+                    let azimuth = azimuths[direction % size.azimuth];
                     let source =
                         source_from_within(radius, zenith, view_sun, azimuth, optical_radius);
                     (self.albedo * source * flights.opacity(grid, place, direction)) as f32

@@ -23,7 +23,7 @@ const PANEL_POINTS: usize = 4;
 /// Fewest steps around the circle of azimuths; the rule is exact for series of half as many terms.
 const LEAST_TURNS: usize = 48;
 /// Most steps: enough for the narrowest lobe of any accepted phase function that matters.
-const MOST_TURNS: usize = 4096;
+const MOST_TURNS: usize = 1 << 12;
 
 /// Angular shape of the arriving light: what varies quickly in it and is known.
 pub type Shape<'a> = &'a (dyn Fn(f64) -> f64 + Sync);
@@ -33,9 +33,9 @@ pub struct Rescatter {
     views: usize,
     angles: usize,
     azimuths: usize,
-    /// By view angle, mode, grid angle.
+    /// By mode, grid angle, view angle: sums over grid angles then run in step for all views.
     modes: Vec<f64>,
-    /// Cosine transform of the grid's azimuths: by mode and node, with the weights of the rule.
+    /// Cosine transform of the grid's azimuths: by node and mode, with the weights of the rule.
     analysis: Vec<f64>,
     /// Cosines at the fine azimuths, by mode and node.
     synthesis: Vec<f64>,
@@ -58,6 +58,7 @@ impl Rescatter {
             nodes: (0..angles).map(|k| map.angle(node(k, angles))).collect(),
             rule: GaussRule::new(PANEL_POINTS),
             azimuths,
+            circles: circles(azimuths),
         };
         let rows: Vec<Vec<f64>> = views.par_iter().map(|view| kernel.row(*view, shape)).collect();
         let last = azimuths - 1;
@@ -66,30 +67,28 @@ impl Rescatter {
         let half_ends = |k: usize| if k == 0 || k == last { 0.5 } else { 1.0 };
         let analysis = (0..azimuths * azimuths)
             .map(|i| {
-                let (mode, k) = (i / azimuths, i % azimuths);
+                let (k, mode) = (i / azimuths, i % azimuths);
                 2.0 / last as f64 * half_ends(mode) * half_ends(k) * cosine(mode, k, last)
             })
             .collect();
         let turns = fine(azimuths);
         let synthesis =
             (0..azimuths * turns).map(|i| cosine(i / turns, i % turns, turns - 1)).collect();
-        Self { views: views.len(), angles, azimuths, modes: rows.concat(), analysis, synthesis }
+        let modes = (0..azimuths * angles).flat_map(|i| rows.iter().map(move |row| row[i]));
+        let modes = modes.collect();
+        Self { views: views.len(), angles, azimuths, modes, analysis, synthesis }
     }
 
     /// Makes the matrix scatter exactly all light, for one whose views are the grid's own angles
     /// and whose shape is 1: what the integration lost or gained goes straight on. `rings` are the
     /// solid angles of the grid's rings of one angle.
     pub fn conserve(&mut self, rings: &[f64]) {
-        let stride = self.azimuths * self.angles;
         for cell in 1..self.angles {
-            let scattered: f64 = rings
-                .iter()
-                .enumerate()
-                .map(|(view, r)| r * self.modes[view * stride + cell])
-                .sum();
+            let of_cell = &self.modes[cell * self.views..][..self.views];
+            let scattered: f64 = rings.iter().zip(of_cell).map(|(r, m)| r * m).sum();
             let lost = 1.0 - scattered / rings[cell];
             for mode in 0..self.azimuths {
-                self.modes[cell * stride + mode * self.angles + cell] += lost;
+                self.modes[(mode * self.angles + cell) * self.views + cell] += lost;
             }
         }
     }
@@ -105,24 +104,29 @@ impl Rescatter {
     pub fn add(&self, light: &[f32], out: &mut [f32], albedo: f64) {
         let n = self.azimuths;
         let turns = fine(n);
+        // By grid angle and mode.
         let mut series = vec![0.0; n * self.angles];
-        for (cell, of_cell) in light.chunks_exact(n).enumerate() {
-            for mode in 0..n {
-                series[mode * self.angles + cell] = of_cell
-                    .iter()
-                    .zip(&self.analysis[mode * n..])
-                    .map(|(l, a)| f64::from(*l) * a)
-                    .sum();
+        for (of_cell, series) in light.chunks_exact(n).zip(series.chunks_exact_mut(n)) {
+            for (light, analysis) in of_cell.iter().zip(self.analysis.chunks_exact(n)) {
+                for (s, a) in series.iter_mut().zip(analysis) {
+                    *s += f64::from(*light) * a;
+                }
             }
         }
-        for view in 0..self.views {
-            for mode in 0..n {
-                let row = &self.modes[(view * n + mode) * self.angles..][..self.angles];
-                let product: f64 =
-                    row.iter().zip(&series[mode * self.angles..]).map(|(a, b)| a * b).sum();
+        let mut products = vec![0.0; self.views];
+        let of_modes = self.modes.chunks_exact(self.angles * self.views);
+        for (mode, (of_mode, cosines)) in
+            of_modes.zip(self.synthesis.chunks_exact(turns)).enumerate()
+        {
+            products.fill(0.0);
+            for (of_cell, series) in of_mode.chunks_exact(self.views).zip(series.chunks_exact(n)) {
+                for (p, m) in products.iter_mut().zip(of_cell) {
+                    *p += m * series[mode];
+                }
+            }
+            for (product, out) in products.iter().zip(out.chunks_exact_mut(turns)) {
                 let value = albedo * product;
-                let cosines = &self.synthesis[mode * turns..][..turns];
-                for (o, c) in out[view * turns..][..turns].iter_mut().zip(cosines) {
+                for (o, c) in out.iter_mut().zip(cosines) {
                     *o += (value * c) as f32;
                 }
             }
@@ -137,6 +141,36 @@ struct Kernel<'a> {
     nodes: Vec<f64>,
     rule: GaussRule,
     azimuths: usize,
+    /// By growing number of steps.
+    circles: Vec<Circle>,
+}
+
+/// Places around half a circle of azimuths: midpoints of even steps.
+struct Circle {
+    /// Sine of half the azimuth, squared.
+    half_sines: Vec<f64>,
+    /// Cosines of multiples of the azimuth, by place and mode.
+    cosines: Vec<f64>,
+}
+
+/// Circles of 48, 64, 96, 128, ... steps: what a ring asks for is rounded up to one of them, so that no
+/// cosine is computed twice.
+fn circles(modes: usize) -> Vec<Circle> {
+    let sizes = std::iter::successors(Some([LEAST_TURNS, 4 * LEAST_TURNS / 3]), |[a, b]| {
+        Some([2 * a, 2 * b])
+    });
+    sizes
+        .flatten()
+        .take_while(|turns| *turns <= MOST_TURNS)
+        .map(|turns| {
+            let azimuth = |k: usize| PI * (k as f64 + 0.5) / turns as f64;
+            let multiples = |k: usize| (0..modes).map(move |mode| (mode as f64 * azimuth(k)).cos());
+            Circle {
+                half_sines: (0..turns).map(|k| (0.5 * azimuth(k)).sin().powi(2)).collect(),
+                cosines: (0..turns).flat_map(multiples).collect(),
+            }
+        })
+        .collect()
 }
 
 impl Kernel<'_> {
@@ -175,31 +209,24 @@ impl Kernel<'_> {
     /// cosine of each mode.
     fn ring(&self, view: f64, angle: f64, out: &mut [f64]) {
         out.fill(0.0);
-        let sines = (view.sin() * angle.sin()).max(0.0);
+        let (view_sine, sine) = (view.sin(), angle.sin());
         let near = (view - angle).abs().max(self.width);
-        let wanted = (PI * sines.sqrt() / (STEP_SHARE * near)) as usize;
-        let turns = wanted.clamp(LEAST_TURNS, MOST_TURNS);
-        // Midpoints of half the circle; the other half mirrors it.
-        let measure = 2.0 * PI / turns as f64;
-        for k in 0..turns {
-            let azimuth = PI * (k as f64 + 0.5) / turns as f64;
-            let value = measure * self.phase.eval(cosine_between(view, angle, azimuth));
-            let step = azimuth.cos();
-            let (mut before, mut cosine) = (step, 1.0);
-            for o in out.iter_mut() {
-                *o += value * cosine;
-                (before, cosine) = (cosine, 2.0 * step * cosine - before);
+        let wanted = (PI * (view_sine * sine).max(0.0).sqrt() / (STEP_SHARE * near)) as usize;
+        let enough = self.circles.iter().find(|circle| circle.half_sines.len() >= wanted);
+        let Some(circle) = enough.or(self.circles.last()) else { return };
+        // The other half of the circle mirrors this one.
+        let measure = 2.0 * PI / circle.half_sines.len() as f64;
+        // 1 - 2 sin^2 keeps the digits of small angles between the directions.
+        let polar = (0.5 * (view - angle)).sin().powi(2);
+        let places = circle.half_sines.iter().zip(circle.cosines.chunks_exact(self.azimuths));
+        for (turn, cosines) in places {
+            let cosine = 1.0 - 2.0 * (polar + view_sine * sine * turn);
+            let value = measure * self.phase.eval(cosine);
+            for (o, c) in out.iter_mut().zip(cosines) {
+                *o += value * c;
             }
         }
     }
-}
-
-/// Cosine of the angle between directions at these angles from the axis, an azimuth apart; written
-/// as 1 - 2 sin^2 to keep the digits of small angles.
-fn cosine_between(a: f64, b: f64, azimuth: f64) -> f64 {
-    let polar = (0.5 * (a - b)).sin();
-    let turn = (0.5 * azimuth).sin();
-    1.0 - 2.0 * (polar * polar + a.sin() * b.sin() * turn * turn)
 }
 
 #[cfg(test)]
