@@ -24,9 +24,6 @@ use super::truth::Figures;
 use crate::frame::FrameStats;
 use crate::tables::TableSet;
 
-/// Shaders of a renderer: what the start waits for. A test counts them.
-pub(super) const SHADERS: u32 = 21;
-
 /// Between the panel and the window's edge, points.
 const MARGIN: f32 = 8.0;
 
