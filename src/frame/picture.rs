@@ -68,10 +68,13 @@ pub struct Counters {
     pub tiles_empty: u64,
     /// Memory on the device, bytes.
     pub bytes_resident: u64,
-    /// Steps of the light grid's next solution that are made, and all of them; 0 where the one shown
-    /// is that of this frame.
+    /// Steps of the light grid's next solution that are made; 0 where the one shown is that of this
+    /// frame.
     #[serde(default)]
-    pub grid_steps: [u64; 2],
+    pub grid_steps_made: u64,
+    /// All of its steps; 0 as above.
+    #[serde(default)]
+    pub grid_steps: u64,
     /// How often the frame was made until all lists had room: 1, but for frames whose lists outgrow
     /// those of all frames before.
     pub attempts: u64,

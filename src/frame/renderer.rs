@@ -259,7 +259,8 @@ impl Renderer {
             unfinished: grid.progress[0] < grid.progress[1]
                 || self.history.is_unfinished(layout.stride),
             counters: Counters {
-                grid_steps: grid.progress.map(u64::from),
+                grid_steps_made: grid.progress[0].into(),
+                grid_steps: grid.progress[1].into(),
                 ..counts.of_plan(&plan, tiles).counters(&self.capacities, tiles, bytes)
             },
         };

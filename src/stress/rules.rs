@@ -56,8 +56,6 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("FrameUniforms.exposure", POSITIVE),
     ("FrameUniforms.halo_share", POSITIVE),
     ("FrameUniforms.grid_shift", ANY),
-    ("ShadowTexel.transmittance", SHARE),
-    ("ShadowTexel.epoch", POSITIVE),
     ("LightView.axis_u", ANY),
     ("LightView.axis_v", ANY),
     ("LightView.towards", ANY),

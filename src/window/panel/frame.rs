@@ -102,7 +102,7 @@ fn counters(ui: &mut Ui, report: &Report) {
         ),
         ("tiles", format!("{}, {} of them empty", counters.tiles, counters.tiles_empty)),
         ("table look-ups", counters.table_lookups.to_string()),
-        ("light grid", light_grid(counters.grid_steps)),
+        ("light grid", light_grid([counters.grid_steps_made, counters.grid_steps])),
         ("memory", format!("{mib:.0} MiB on the device")),
         ("picture", format!("{:.0} ms from order to screen", 1e3 * report.seconds)),
         ("start", format!("{:.2} s to the first picture", report.first_picture)),
