@@ -37,9 +37,27 @@ impl BlendPass {
         steps: u32,
         groups: &[&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
+        Self::with(gpu, library, &[("STEPS", steps)], groups)
+    }
+
+    /// The same, but it writes the number of its steps and look-ups in place of the clouds' distance.
+    pub fn counting(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        steps: u32,
+        groups: &[&wgpu::BindGroupLayout; 3],
+    ) -> Result<Self> {
+        Self::with(gpu, library, &[("STEPS", steps), ("COUNT_STEPS", 1)], groups)
+    }
+
+    fn with(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        defs: &[(&str, u32)],
+        groups: &[&wgpu::BindGroupLayout; 3],
+    ) -> Result<Self> {
         let file = crate::shader_file!("frame/blend.wgsl");
-        let defs = [("STEPS", steps)];
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, groups)? })
+        Ok(Self { kernel: Kernel::new(gpu, library, file, defs, groups)? })
     }
 
     /// Binds inputs, and the textures it writes: clouds, distance.

@@ -157,7 +157,6 @@ pub fn light_view(towards: DVec3, bounds: &Bounds, camera: DVec3) -> LightView {
 /// Deep shadow maps of a box, around the camera and on whole texels of the world: shadows don't crawl
 /// when the camera moves. The coarsest holds the box, each finer one half of it, up to texels that
 /// show the smallest particle. `seen_only`: texels that the picture cannot show are left out.
-#[expect(clippy::too_many_arguments, reason = "everything the maps depend on")]
 pub fn shadow_uniforms(
     towards: DVec3,
     bounds: &Bounds,

@@ -70,9 +70,9 @@ impl Nodes {
             return all * ((at - self.at[0]) / gap(0)).clamp(0.0, 1.0);
         }
         let mut depth = NODES[0];
-        for i in 0..NODES.len() {
-            let step = NODES.get(i + 1).unwrap_or(&ENOUGH) - NODES[i];
-            let low = if i == 0 { -NODES[0] / step } else { 0.0 };
+        for (i, node) in NODES.iter().enumerate() {
+            let step = NODES.get(i + 1).unwrap_or(&ENOUGH) - node;
+            let low = if i == 0 { -node / step } else { 0.0 };
             let high = if i == 6 { DARKEST } else { 1.0 };
             depth += step * ((at - self.at[i]) / gap(i)).clamp(low, high);
         }

@@ -1,23 +1,21 @@
 //! The blend, with the number of its steps and look-ups in place of the clouds' distance.
 
 use crate::Result;
+use crate::frame::blend::{BlendInputs, BlendPass};
 use crate::frame::composer::{ComposeInputs, Composer};
 use crate::frame::plan::Pass;
-use crate::frame::view::SCREEN_TILE;
-use crate::gpu::{Gpu, Kernel, ShaderLibrary};
+use crate::gpu::{Gpu, ShaderLibrary};
 
 /// The pass.
 pub(super) struct StepCounter {
-    kernel: Kernel,
+    blend: BlendPass,
 }
 
 impl StepCounter {
     /// Compiles it with `steps` steps in a radius. `layouts`: tables, sky, light field.
     pub fn new(gpu: &Gpu, steps: u32, layouts: [&wgpu::BindGroupLayout; 3]) -> Result<Self> {
         let library = ShaderLibrary::new()?;
-        let file = crate::shader_file!("frame/blend.wgsl");
-        let defs = [("STEPS", steps), ("COUNT_STEPS", 1)];
-        Ok(Self { kernel: Kernel::new(gpu, &library, file, &defs, &layouts)? })
+        Ok(Self { blend: BlendPass::counting(gpu, &library, steps, &layouts)? })
     }
 }
 
@@ -34,29 +32,18 @@ impl Composer for StepCounter {
         groups: [&wgpu::BindGroup; 3],
     ) {
         let resources = inputs.resources;
-        let lists = &resources.screen.lists;
-        let bindings = self.kernel.bind(
-            gpu,
-            &[
-                resources.frame.as_entire_binding(),
-                inputs.phase.as_entire_binding(),
-                resources.particles.as_entire_binding(),
-                resources.particle_lights.as_entire_binding(),
-                lists.tile_offsets.as_entire_binding(),
-                lists.tile_entries.as_entire_binding(),
-                resources.blend_counts.as_entire_binding(),
-                wgpu::BindingResource::TextureView(&resources.targets.clouds),
-                wgpu::BindingResource::TextureView(&resources.targets.distance),
-                inputs.shadow.uniforms.as_entire_binding(),
-                inputs.shadow.texels.as_entire_binding(),
-            ],
-        );
-        pass.set_pipeline(self.kernel.pipeline("blend"));
-        pass.set_bind_group(0, &bindings, &[]);
-        for (index, group) in (1..).zip(groups) {
-            pass.set_bind_group(index, group, &[]);
-        }
-        let [columns, rows] = resources.layout.size.map(|s| s.div_ceil(SCREEN_TILE));
-        pass.dispatch_workgroups(columns, rows, 1);
+        let blend = BlendInputs {
+            frame: &resources.frame,
+            phase: inputs.phase,
+            particles: &resources.particles,
+            lights: &resources.particle_lights,
+            lists: &resources.screen,
+            shadow: inputs.shadow,
+            counts: &resources.blend_counts,
+        };
+        let targets = &resources.targets;
+        let bindings = self.blend.bind(gpu, &blend, [&targets.clouds, &targets.distance]);
+        let [columns, rows] = resources.layout.size;
+        self.blend.encode(pass, [columns, rows, 1], &bindings, groups);
     }
 }
