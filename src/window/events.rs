@@ -63,9 +63,10 @@ impl ApplicationHandler<Replied> for App {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let typing = self.graphics.as_ref().is_some_and(Graphics::is_typing);
-        let response = self.graphics.as_mut().map(|g| g.event(&event)).unwrap_or_default();
+        let repaint = self.graphics.as_mut().is_some_and(|g| g.event(&event));
+        let on_panel = self.graphics.as_ref().is_some_and(Graphics::is_panel_under_pointer);
         // A redraw that asked for the next one would never end.
-        if response.repaint && event != WindowEvent::RedrawRequested {
+        if repaint && event != WindowEvent::RedrawRequested {
             self.request_redraw();
         }
         match event {
@@ -85,11 +86,11 @@ impl ApplicationHandler<Replied> for App {
             WindowEvent::KeyboardInput { event, .. } => self.key(&event, typing),
             WindowEvent::MouseInput { state, .. } => {
                 let down = state == ElementState::Pressed;
-                if down != self.looking && !(down && response.consumed) {
+                if down != self.looking && !(down && on_panel) {
                     self.look(down);
                 }
             }
-            WindowEvent::MouseWheel { delta, .. } if !response.consumed => {
+            WindowEvent::MouseWheel { delta, .. } if !on_panel => {
                 self.session.fly.wheel(match delta {
                     MouseScrollDelta::LineDelta(_, notches) => notches.into(),
                     MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_PER_NOTCH,

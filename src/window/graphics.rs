@@ -46,9 +46,14 @@ impl Graphics {
         self.gpu.device.limits().max_texture_dimension_2d
     }
 
-    /// Hands an event to the panel first.
-    pub fn event(&mut self, event: &winit::event::WindowEvent) -> egui_winit::EventResponse {
+    /// Hands an event to the panel first; whether it asks for a new frame.
+    pub fn event(&mut self, event: &winit::event::WindowEvent) -> bool {
         self.overlay.event(event)
+    }
+
+    /// Whether the pointer is over the panel.
+    pub fn is_panel_under_pointer(&self) -> bool {
+        self.overlay.is_under_pointer()
     }
 
     /// Whether a text is being typed.

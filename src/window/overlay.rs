@@ -17,6 +17,9 @@ pub(super) struct Overlay {
     renderer: egui_wgpu::Renderer,
     /// Pictures behind the panel: that of the clouds, and one to compare with.
     pictures: [Option<Backdrop>; 2],
+    /// Where the pointer is, in points. egui itself learns it with the next frame only: a press that
+    /// follows a quick movement would be judged by where the pointer was.
+    pointer: Option<egui::Pos2>,
 }
 
 /// A texture that egui knows.
@@ -39,12 +42,27 @@ impl Overlay {
         );
         let options = egui_wgpu::RendererOptions { dithering: false, ..Default::default() };
         let renderer = egui_wgpu::Renderer::new(&gpu.device, format, options);
-        Self { window, state, renderer, pictures: [None, None] }
+        Self { window, state, renderer, pictures: [None, None], pointer: None }
     }
 
-    /// Hands an event on; `consumed` where it was meant for the panel.
-    pub fn event(&mut self, event: &WindowEvent) -> egui_winit::EventResponse {
-        self.state.on_window_event(&self.window, event)
+    /// Hands an event on; whether it asks for a new frame.
+    pub fn event(&mut self, event: &WindowEvent) -> bool {
+        match event {
+            WindowEvent::CursorMoved { position, .. } => {
+                let scale = egui_winit::pixels_per_point(self.state.egui_ctx(), &self.window);
+                let at = position.cast::<f32>();
+                self.pointer = Some(egui::pos2(at.x, at.y) / scale);
+            }
+            WindowEvent::CursorLeft { .. } => self.pointer = None,
+            _ => {}
+        }
+        self.state.on_window_event(&self.window, event).repaint
+    }
+
+    /// Whether the pointer is over the panel or another window of egui's.
+    pub fn is_under_pointer(&self) -> bool {
+        let layer = self.pointer.and_then(|at| self.state.egui_ctx().layer_id_at(at));
+        layer.is_some_and(|layer| layer.order != egui::Order::Background)
     }
 
     /// Whether a text is being typed: then keys are not meant for the flight.

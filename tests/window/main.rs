@@ -43,31 +43,41 @@ fn cloud_at(picture: &image::RgbImage) -> [f64; 2] {
     sum.map(|s| s / count)
 }
 
+/// Moves the mouse to the left with its button held. The press follows the first movement at once:
+/// nothing is painted between.
+fn press_and_move(flight: &Flight, [x, y]: [&str; 2]) {
+    let place = ["mousemove", "--window", &flight.window, x, y];
+    flight.display.tool(&[&place[..], &["mousedown", "1"]].concat());
+    std::thread::sleep(Duration::from_millis(500));
+    flight.display.tool(&["mousemove_relative", "--", "-40", "0"]);
+    std::thread::sleep(Duration::from_millis(500));
+    flight.display.tool(&["mouseup", "1"]);
+}
+
 #[test]
 fn keys_and_mouse_move_the_view() {
-    let Some(mut flight) = Flight::start(SCENE, "320x240") else { return };
+    let Some(mut flight) = Flight::start(SCENE, "640x480") else { return };
     let start = cloud_at(&flight.picture());
-    assert!(start[0] > 170.0 && start[1] < 110.0, "right of the middle and above it: {start:?}");
+    assert!(start[0] > 340.0 && start[1] < 220.0, "right of the middle and above it: {start:?}");
 
     flight.display.tool(&["keydown", "d"]);
     std::thread::sleep(Duration::from_millis(700));
     flight.display.tool(&["keyup", "d"]);
     let right = cloud_at(&flight.picture());
-    assert!(right[0] < start[0] - 5.0, "flying right moves it left: {start:?} {right:?}");
+    assert!(right[0] < start[0] - 10.0, "flying right moves it left: {start:?} {right:?}");
 
     flight.keys(&["Home"]);
     let home = cloud_at(&flight.picture());
     assert_eq!(home, start, "back at the start to the bit");
 
-    // The pointer is over the view, not over the panel.
-    let window = flight.window.clone();
-    flight.display.tool(&["mousemove", "--window", &window, "300", "200", "mousedown", "1"]);
-    std::thread::sleep(Duration::from_millis(500));
-    flight.display.tool(&["mousemove_relative", "--", "-40", "0"]);
-    std::thread::sleep(Duration::from_millis(500));
-    flight.display.tool(&["mouseup", "1"]);
+    // In the middle there is no panel.
+    press_and_move(&flight, ["480", "300"]);
     let turned = cloud_at(&flight.picture());
-    assert!(turned[0] > start[0] + 5.0, "looking left moves it right: {start:?} {turned:?}");
+    assert!(turned[0] > start[0] + 10.0, "looking left moves it right: {start:?} {turned:?}");
+
+    // A press on the panel is the panel's: its title is dragged, the view stays.
+    press_and_move(&flight, ["80", "16"]);
+    assert_eq!(cloud_at(&flight.picture()), turned, "the panel was meant");
 
     assert_eq!(flight.quit(), Some(0));
 }
