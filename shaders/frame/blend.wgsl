@@ -11,7 +11,7 @@
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight, block_pixel}
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
-#import cumuli::lighting::{mean_sunlight, own_source}
+#import cumuli::lighting::{mean_sunlight, own_share}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
 #import cumuli::optical_depth::{copy_for, densities, march_from}
 #import cumuli::phase::{PhaseParams, phase_between}
@@ -89,6 +89,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             far = select(FAR, ground, ground >= 0.0);
         }
         var cursor = 0.0;     // m, everything before it is composed
+        var since_gap = 0.0;  // optical depth since the last place without particles
         var field = vec4(0.0);
         var field_at = -1.0;  // m, where `field` is the light field
         // A particle is the smallest in no more blocks than its diameter is long, and the two at
@@ -118,6 +119,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             if begin >= FAR {
                 break;
             }
+            since_gap = select(since_gap, 0.0, begin > cursor);
             let step = max(smallest / f32(STEPS), LEAST_STEP * begin);
             let stop = begin + BINS * step;
 
@@ -174,9 +176,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 let alone = below.w;
                 if alone > 0.0 {
                     let scattered = scattering_source((span.near * dir - centre) / radius, dir, sun, optical_radius / frame.delta_scale);
-                    let visible_tau = optical_radius * (span.end - span.begin) / radius;
-                    let own = alone * own_source(scattered, phase_once, visible_tau, frame.delta_scale)
-                        * exp(-lights[index].ambient_above.w);
+                    let own = alone * (scattered.x * phase_once + scattered.y) * exp(-lights[index].ambient_above.w);
                     own_low += own * low_tau;
                     own_high += own * high_tau;
                     lookups += 2u;
@@ -225,12 +225,14 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                         let share = (f32(bin) + mean_scatter_fraction(tau)) / BINS;
                         let seen = mix(near_field, field, share);
                         let weight = transmittance * mean;
-                        sunlight += weight * (lit + seen.x * select(crowded_low[i], crowded_high[i], high) + select(own_low[i], own_high[i], high));
+                        let own = select(own_low[i], own_high[i], high) * own_share(since_gap, tau, frame.delta_scale);
+                        sunlight += weight * (lit + seen.x * select(crowded_low[i], crowded_high[i], high) + own);
                         above += weight * tau * seen.y;
                         below += weight * tau * (seen.z - seen.y);
                         // Not its middle: a dense bin is seen at its near end.
                         distance_sum += weight * tau * mix(begin, stop, share);
                         transmittance *= exp(-tau);
+                        since_gap += tau;
                     }
                     front = back;
                 }

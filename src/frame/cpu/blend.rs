@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::lighting::{RayLight, mean_sunlight, own_source};
+use super::lighting::{RayLight, mean_sunlight, own_share};
 use super::segments::{ChordInputs, Composed, mean_scatter_fraction};
 use crate::frame::gpu_data::{Particle, ParticleLight};
 use crate::tables::optical_depth::volume::copy_for;
@@ -114,10 +114,9 @@ impl Pixel<'_> {
             let entry = place(span.near);
             let scattered =
                 self.inputs.scattering.lookup(entry, self.dir, sun, optical_radius / scale);
-            let visible = optical_radius * (span.end - span.begin) / radius;
             let phase = self.inputs.phase.eval(sun.dot(self.dir));
             own = alone
-                * own_source(scattered, phase, visible, scale)
+                * (scattered[0] * phase + scattered[1])
                 * (-f64::from(light.ambient_above[3])).exp();
         }
         let turn = DQuat::from_array(particle.orientation.map(f64::from));
@@ -147,10 +146,13 @@ impl Pixel<'_> {
 pub fn compose(pixel: &Pixel<'_>, steps: u32, stop: f64) -> Composed {
     let ray = pixel.inputs.ray(pixel.dir);
     let mut sum = Composed { radiance: DVec3::ZERO, transmittance: 1.0, distance: 0.0 };
-    let mut cursor = 0.0;
+    let (mut cursor, mut since_gap) = (0.0, 0.0);
     while let Some((begin, smallest)) = pixel.next(cursor) {
         let step = (smallest / f64::from(steps)).max(LEAST_STEP * begin);
         let end = begin + BINS as f64 * step;
+        if begin > cursor {
+            since_gap = 0.0;
+        }
         let mut block = Block::default();
         for (index, particle) in pixel.particles.iter().enumerate() {
             if Pixel::nearest(particle) >= end {
@@ -159,7 +161,7 @@ pub fn compose(pixel: &Pixel<'_>, steps: u32, stop: f64) -> Composed {
             pixel.add(&mut block, index, begin, step);
         }
         if block.matter > 0.0 {
-            compose_block(&ray, &block, begin, end, &mut sum);
+            compose_block(&ray, &block, [begin, end], &mut since_gap, &mut sum);
         }
         if sum.transmittance <= stop {
             break;
@@ -171,7 +173,13 @@ pub fn compose(pixel: &Pixel<'_>, steps: u32, stop: f64) -> Composed {
     sum
 }
 
-fn compose_block(ray: &RayLight<'_>, block: &Block, begin: f64, end: f64, sum: &mut Composed) {
+fn compose_block(
+    ray: &RayLight<'_>,
+    block: &Block,
+    [begin, end]: [f64; 2],
+    since_gap: &mut f64,
+    sum: &mut Composed,
+) {
     let [near, far] = [begin, end].map(|t| ray.field.at(t * ray.dir));
     let step = (end - begin) / BINS as f64;
     let depth = |bins: usize| (ray.sun_depth)((begin + step * bins as f64) * ray.dir);
@@ -189,7 +197,9 @@ fn compose_block(ray: &RayLight<'_>, block: &Block, begin: f64, end: f64, sum: &
         let share = (i as f64 + mean_scatter_fraction(bin.tau)) / BINS as f64;
         let seen = near.lerp(far, share);
         let weight = sum.transmittance * opacity / bin.tau;
-        sunlight += weight * (lit + seen.x * bin.crowded + bin.own);
+        let own = bin.own * own_share(*since_gap, bin.tau, ray.delta_scale);
+        *since_gap += bin.tau;
+        sunlight += weight * (lit + seen.x * bin.crowded + own);
         above += weight * bin.tau * seen.y;
         below += weight * bin.tau * (seen.z - seen.y);
         sum.distance += weight * bin.tau * (begin + (end - begin) * share);
