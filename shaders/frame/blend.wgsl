@@ -5,7 +5,8 @@
 //
 // Within a bin matter and light are even, but for the light of the sun, whose depth is linear in it:
 // so a bin may be opaque, and a particle smaller than a bin keeps all of its matter. The depth comes
-// from the deep shadow maps (shadow.wgsl).
+// from the deep shadow maps (shadow.wgsl). It and the light field are looked up at the ends of pairs of
+// bins and are linear between them.
 //
 // Workgroup contract: one workgroup owns one tile of 8x8 blocks, one invocation one pixel of a block; it
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
@@ -196,9 +197,8 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 if field_at != begin {
                     field = scattered_light(begin * dir - frame.grid_shift.xyz);
                 }
-                let near_field = field;
-                field = scattered_light(stop * dir - frame.grid_shift.xyz);
                 field_at = stop;
+                var near_field = field;
                 var front = sun_depth(begin * dir);
                 var pair_back = front;
                 let last_back = sun_depth(stop * dir);
@@ -211,26 +211,28 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                     let high = bin >= 4u;
                     let i = bin & 3u;
                     let tau = select(tau_low[i], tau_high[i], high);
-                    // The sun's depth at every other bin's end: within 2 % of the error of all.
                     if (bin & 1u) == 0u {
+                        let ahead = (begin + f32(bin + 2u) * step) * dir;
                         pair_back = last_back;
                         if bin + 2u < u32(BINS) {
-                            pair_back = sun_depth((begin + f32(bin + 2u) * step) * dir);
+                            pair_back = sun_depth(ahead);
                         }
+                        near_field = field;
+                        field = scattered_light(ahead - frame.grid_shift.xyz);
                     }
                     let back = select(pair_back, 0.5 * (front + pair_back), (bin & 1u) == 0u);
                     if tau > 0.0 {
                         let mean = mean_transmittance(tau);
                         let lit = once * select(crowded_low[i], crowded_high[i], high) * mean_sunlight(front, back, tau);
-                        let share = (f32(bin) + mean_scatter_fraction(tau)) / BINS;
-                        let seen = mix(near_field, field, share);
+                        let within = mean_scatter_fraction(tau);
+                        let seen = mix(near_field, field, 0.5 * (f32(bin & 1u) + within));
                         let weight = transmittance * mean;
                         let own = select(own_low[i], own_high[i], high) * own_share(since_gap, tau, frame.delta_scale);
                         sunlight += weight * (lit + seen.x * select(crowded_low[i], crowded_high[i], high) + own);
                         above += weight * tau * seen.y;
                         below += weight * tau * (seen.z - seen.y);
                         // Not its middle: a dense bin is seen at its near end.
-                        distance_sum += weight * tau * mix(begin, stop, share);
+                        distance_sum += weight * tau * (begin + (f32(bin) + within) * step);
                         transmittance *= exp(-tau);
                         since_gap += tau;
                     }

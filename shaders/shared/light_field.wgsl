@@ -55,7 +55,7 @@ fn level_light(level: GridLevel, point: vec3<f32>) -> vec4<f32> {
 }
 
 // Point relative to the grid's anchor. x: per unit of sun irradiance, y: per radiance from above,
-// z: per radiance from all sides, w: scaled optical depth to the sun.
+// z: per radiance from all sides.
 fn scattered_light(point: vec3<f32>) -> vec4<f32> {
     var sum = vec4(0.0);
     var left = 1.0;
@@ -65,6 +65,30 @@ fn scattered_light(point: vec3<f32>) -> vec4<f32> {
         let weight = select(level_weight(level, point), 1.0, l == last);
         if weight > 0.0 {
             sum += left * weight * level_light(level, point);
+            left *= 1.0 - weight;
+            if left <= 0.0 {
+                break;
+            }
+        }
+    }
+    return sum;
+}
+
+// What the clouds leave of the light of the ground below a point, over that of bare ground: lit by the
+// sun, by the sky. It is kept in the two lowest layers of a level.
+fn ground_shares(point: vec3<f32>) -> vec2<f32> {
+    var sum = vec2(0.0);
+    var left = 1.0;
+    let last = light_grid.levels - 1u;
+    for (var l = 0u; l <= last; l++) {
+        let level = light_grid.level[l];
+        let middle = level.low.y + 0.5 * f32(level.size.y) * level.cell.y;
+        let weight = select(level_weight(level, vec3(point.x, middle, point.z)), 1.0, l == last);
+        if weight > 0.0 {
+            let lowest = level.low.y + 0.5 * level.cell.y;
+            let by_sun = level_light(level, vec3(point.x, lowest, point.z)).w;
+            let by_sky = level_light(level, vec3(point.x, lowest + level.cell.y, point.z)).w;
+            sum += left * weight * vec2(by_sun, by_sky);
             left *= 1.0 - weight;
             if left <= 0.0 {
                 break;

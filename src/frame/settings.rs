@@ -139,7 +139,7 @@ impl Preset {
                 shadow_steps: 3,
                 pixel_stride: 1,
                 shadow_resolution: 160,
-                grid: GridSettings { fineness: 0.7, turns: [17, 5], slice: 0 },
+                grid: GridSettings { fineness: 0.8, turns: [17, 5], slice: 0 },
             },
             Self::High => Quality {
                 steps: 6,
@@ -147,7 +147,7 @@ impl Preset {
                 shadow_steps: 4,
                 pixel_stride: 1,
                 shadow_resolution: 256,
-                grid: GridSettings { fineness: 1.0, turns: [17, 9], slice: 0 },
+                grid: GridSettings { fineness: 1.4, turns: [17, 5], slice: 0 },
             },
             Self::Ultra => Quality {
                 steps: 10,
@@ -155,7 +155,7 @@ impl Preset {
                 shadow_steps: 6,
                 pixel_stride: 1,
                 shadow_resolution: 512,
-                grid: GridSettings { fineness: 1.4, turns: [33, 17], slice: 0 },
+                grid: GridSettings { fineness: 1.85, turns: [17, 9], slice: 0 },
             },
         }
     }

@@ -180,9 +180,9 @@ fn compose_block(
     since_gap: &mut f64,
     sum: &mut Composed,
 ) {
-    let [near, far] = [begin, end].map(|t| ray.field.at(t * ray.dir));
     let step = (end - begin) / BINS as f64;
-    let depth = |bins: usize| (ray.sun_depth)((begin + step * bins as f64) * ray.dir);
+    let place = |bins: usize| (begin + step * bins as f64) * ray.dir;
+    let depth = |bins: usize| (ray.sun_depth)(place(bins));
     let depths = [depth(0), depth(BINS)];
     let path = ray.halo_share * (0.5 * (depths[0] + depths[1]) - sum.transmittance.max(DARK).ln());
     let once = ray.first * ray.halo.factor(ray.half_sine, path);
@@ -190,19 +190,21 @@ fn compose_block(
     for (i, bin) in block.bins.iter().enumerate().filter(|(_, bin)| bin.tau > 0.0) {
         let opacity = -(-bin.tau).exp_m1();
         // At the ends of every second bin, linear between them.
-        let pair = [depth(i / 2 * 2), depth(i / 2 * 2 + 2)];
+        let ends = [i / 2 * 2, i / 2 * 2 + 2];
+        let pair = ends.map(depth);
         let middle = 0.5 * (pair[0] + pair[1]);
         let [front, back] = if i % 2 == 0 { [pair[0], middle] } else { [middle, pair[1]] };
         let lit = once * bin.crowded * mean_sunlight(front, back, bin.tau);
-        let share = (i as f64 + mean_scatter_fraction(bin.tau)) / BINS as f64;
-        let seen = near.lerp(far, share);
+        let within = mean_scatter_fraction(bin.tau);
+        let [near, far] = ends.map(|bins| ray.field.at(place(bins)));
+        let seen = near.lerp(far, 0.5 * ((i % 2) as f64 + within));
         let weight = sum.transmittance * opacity / bin.tau;
         let own = bin.own * own_share(*since_gap, bin.tau, ray.delta_scale);
         *since_gap += bin.tau;
         sunlight += weight * (lit + seen.x * bin.crowded + own);
         above += weight * bin.tau * seen.y;
         below += weight * bin.tau * (seen.z - seen.y);
-        sum.distance += weight * bin.tau * (begin + (end - begin) * share);
+        sum.distance += weight * bin.tau * (begin + step * (i as f64 + within));
         sum.transmittance *= (-bin.tau).exp();
     }
     sum.radiance +=
