@@ -37,6 +37,13 @@ fn halo_factor(row: f32, depth: f32) -> f32 {
     return mix(a, b, row - upper);
 }
 
+// The coarsest level. Mesa 22.3 (lavapipe) writes to freed memory when it looks for bounds of loops that
+// uniforms alone decide, in a shader with as many of them as a marcher has: the number of cells, of which
+// there are always more than levels, is none.
+fn last_level() -> u32 {
+    return min(light_grid.levels, arrayLength(&grid_matter)) - 1u;
+}
+
 // Cells at the border of a level over which it fades into the coarser one.
 const FADE_CELLS: f32 = 3.0;
 
@@ -59,7 +66,7 @@ fn level_light(level: GridLevel, point: vec3<f32>) -> vec4<f32> {
 fn scattered_light(point: vec3<f32>) -> vec4<f32> {
     var sum = vec4(0.0);
     var left = 1.0;
-    let last = light_grid.levels - 1u;
+    let last = last_level();
     for (var l = 0u; l <= last; l++) {
         let level = light_grid.level[l];
         let weight = select(level_weight(level, point), 1.0, l == last);
@@ -79,7 +86,7 @@ fn scattered_light(point: vec3<f32>) -> vec4<f32> {
 fn ground_shares(point: vec3<f32>) -> vec2<f32> {
     var sum = vec2(0.0);
     var left = 1.0;
-    let last = light_grid.levels - 1u;
+    let last = last_level();
     for (var l = 0u; l <= last; l++) {
         let level = light_grid.level[l];
         let middle = level.low.y + 0.5 * f32(level.size.y) * level.cell.y;
@@ -101,7 +108,7 @@ fn ground_shares(point: vec3<f32>) -> vec2<f32> {
 // The finest level that holds a point.
 fn level_of(point: vec3<f32>) -> u32 {
     var chosen = 0u;
-    while chosen + 1u < light_grid.levels && level_weight(light_grid.level[chosen], point) <= 0.0 {
+    while chosen < last_level() && level_weight(light_grid.level[chosen], point) <= 0.0 {
         chosen++;
     }
     return chosen;
@@ -120,7 +127,7 @@ const CROWD_LEVELS: u32 = 3u;
 fn crowding(point: vec3<f32>, mass: f32, ball: f32) -> f32 {
     var crowd = 0.0;
     let finest = level_of(point);
-    for (var l = finest; l < min(finest + CROWD_LEVELS, light_grid.levels); l++) {
+    for (var l = finest; l < min(finest + CROWD_LEVELS, last_level() + 1u); l++) {
         let level = light_grid.level[l];
         let own = mass / max(4.18879 * ball * ball * ball, level.cell.x * level.cell.y * level.cell.z);
         let at = clamp((point - level.low.xyz) / level.cell.xyz, vec3(0.0), vec3<f32>(level.size.xyz) - 1.0);

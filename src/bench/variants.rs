@@ -134,7 +134,7 @@ const KNOBS: [&str; 12] = [
     "shadow_steps=8",
     "shadow_resolution=512",
     "grid_fineness=0.7",
-    "grid_fineness=1.0",
+    "grid_fineness=1",
     "scale=0.75",
     "scale=0.5",
 ];

@@ -49,7 +49,7 @@ fn difference(tables: &TableSet, scene: &Scene, time: f64, reach: DVec3) -> [f64
             off[i] = off[i].max((a[i] - b[i]).abs());
             largest[i] = largest[i].max(b[i].abs());
         }
-        shaded |= b[3] < 0.9 && b[4] < 0.9;
+        shaded |= (b[3] - 1.0).abs() > 0.01;
     }
     assert!(largest[0] > 1e-3 && shaded, "{largest:?}: no light or no shade");
     std::array::from_fn(|i| off[i] / largest[i])
