@@ -37,11 +37,13 @@ fn halo_factor(row: f32, depth: f32) -> f32 {
     return mix(a, b, row - upper);
 }
 
-// The coarsest level. Mesa 22.3 (lavapipe) writes to freed memory when it looks for bounds of loops that
-// uniforms alone decide, in a shader with as many of them as a marcher has: the number of cells, of which
-// there are always more than levels, is none.
+// The coarsest level. lavapipe of Mesa 22.3 notes the uniforms that branches and loops depend on in an array
+// that it indexes wrongly (lvp_inline_uniforms.c: by 32 a buffer, where there is room for 4), so that
+// those of a shader's eighth uniform buffer and on overwrite whatever lies behind it on the heap. Of an
+// expression it takes the operands in order up to the first that is no uniform: the number of cells, of
+// which there are always more than levels, comes first.
 fn last_level() -> u32 {
-    return min(light_grid.levels, arrayLength(&grid_matter)) - 1u;
+    return min(arrayLength(&grid_matter), light_grid.levels) - 1u;
 }
 
 // Cells at the border of a level over which it fades into the coarser one.
