@@ -46,6 +46,41 @@ fn all_files_compose_and_validate() {
     assert!(paths.len() > 20 && entry_points >= paths.len(), "{paths:?}");
 }
 
+/// lavapipe of Mesa 22.3 overwrites memory where a branch depends on a shader's eighth uniform buffer or a
+/// later one (`last_level` in shaders/shared/light_field.wgsl).
+#[test]
+fn uniform_buffers_are_few() {
+    let library = ShaderLibrary::new().expect("modules");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+    let mut paths = Vec::new();
+    files(&root, &mut paths);
+    let mut most = 0;
+    for path in &paths {
+        let name = path.display().to_string();
+        let text = fs::read_to_string(path).expect(&name);
+        if text.contains("#define_import_path ") {
+            continue;
+        }
+        let composed = library.compose(&name, &text, &[("STEPS", 4), ("LIT", 1)]);
+        let composed = composed.unwrap_or_else(|e| panic!("{name}: {e}"));
+        let core = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
+        let mut validator = Validator::new(ValidationFlags::all(), core);
+        let info = validator.validate(&composed).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+        for entry in 0..composed.entry_points.len() {
+            let uses = info.get_entry_point(entry);
+            let uniforms = composed.global_variables.iter().filter(|(handle, global)| {
+                global.space == naga::AddressSpace::Uniform && !uses[*handle].is_empty()
+            });
+            let count = uniforms.count();
+            // The marcher's eighth is the light grid's, last of all, whose loops are kept from it.
+            let bound = if name.ends_with("bench/march.wgsl") { 8 } else { 7 };
+            assert!(count <= bound, "{name}: {count} uniform buffers");
+            most = most.max(count);
+        }
+    }
+    assert_eq!(most, 8, "the marcher lit by the frame");
+}
+
 /// A number that keeps others from being divided by 0 or from overflowing has a name, with its unit
 /// and the limit in which it is exact beside it.
 #[test]
