@@ -19,7 +19,7 @@ use crate::frame::sky::SkyInputs;
 const EYE_STEPS: u32 = 64;
 /// Steps of rays of the eye up to `NEAR`, where the clouds of a picture are: within 1e-3 too (a test),
 /// and 64 took a sixth of a picture's time.
-const NEAR_STEPS: u32 = 12;
+const NEAR_STEPS: u32 = 16;
 /// m.
 const NEAR: f64 = 20_000.0;
 

@@ -24,8 +24,8 @@ const NARROW: f64 = 0.9;
 /// that 1e-16 of the light is beyond.
 const LONGEST: usize = 64;
 /// Rays towards the sun from a collision that scatters alike in all directions. Measured in the
-/// scenes, as time times squared error: 0.25 and 0.5 are alike, 0.12 is 1.1 to 1.5 times as much, and
-/// one ray from every collision 1.7 to 2 times.
+/// scenes, as time times squared error of the median pixel: 0.5 and 1 are alike, 0.24 is 1.1 to 1.5
+/// times as much, and one ray from every collision whatever its angle 1.7 to 2 times.
 const RAYS: f64 = 0.35;
 /// Most rays from one collision.
 const MOST_RAYS: f64 = 8.0;
@@ -177,7 +177,7 @@ mod tests {
     use super::super::uniform_sky::SunDisc;
     use super::*;
 
-    /// A layer over a white-ish ground under a wide sun, which is either looked for, or met by chance.
+    /// A layer over a pale ground under a wide sun, which is either looked for, or met by chance.
     struct Wide {
         sun: SunDisc,
         looked_for: bool,
@@ -209,7 +209,7 @@ mod tests {
     }
 
     fn mean(phase: &str, albedo: f64, view: Ray, looked_for: bool) -> Estimate {
-        const PATHS: u64 = 60_000;
+        const PATHS: u64 = 150_000;
         let phase = phase.parse::<crate::medium::Phase>().expect("a phase function").prepare();
         let matter = Matter { phase, albedo };
         let towards = DVec3::new(0.6, 0.8, 0.0);
@@ -247,7 +247,7 @@ mod tests {
                 // 12 comparisons: chance passes 4 once in 1300 runs of other seeds.
                 assert!(z.abs() < 4.0, "{phase} {i}: {found:?} {met:?}");
                 // The comparison is worth something.
-                assert!(error < 0.03 * met.value, "{phase} {i}: {met:?}");
+                assert!(error < 0.05 * met.value, "{phase} {i}: {met:?}");
             }
         }
     }
