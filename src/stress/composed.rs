@@ -182,6 +182,22 @@ impl Composed<'_> {
     }
 }
 
+/// Difference of two pictures that are to be the same.
+pub fn like(picture: &Picture, other: &Picture) -> Difference {
+    let pixels = picture.radiance.len();
+    let (mut transmittance, mut radiance, mut total) = (0.0, 0.0, 0.0);
+    for (a, b) in picture.radiance.iter().zip(&other.radiance) {
+        let ([r, g, b, opacity], [x, y, z, other]) = (a.map(f64::from), b.map(f64::from));
+        transmittance += (opacity - other).powi(2);
+        radiance += (DVec3::new(r, g, b) - DVec3::new(x, y, z)).length_squared();
+        total += DVec3::new(x, y, z).length_squared();
+    }
+    let radiance = if radiance == 0.0 { 0.0 } else { (radiance / total).sqrt() };
+    let transmittance = (transmittance / pixels.max(1) as f64).sqrt();
+    // Nothing makes up for it, unlike in the dark of a picture that is composed.
+    Difference { pixels, transmittance, radiance, of_allowed: radiance }
+}
+
 /// Whether a particle is too deep to be compared; its extinction is scaled by `scale`.
 fn is_deep(particle: &Particle, scale: f64) -> bool {
     f64::from(particle.extinction) * f64::from(particle.radius) > DEEPEST_COMPARED * scale

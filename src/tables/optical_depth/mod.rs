@@ -29,6 +29,7 @@
 
 pub mod alternatives;
 pub mod bake;
+pub mod chord_lookups;
 pub mod compare;
 #[cfg(test)]
 mod distant_tests;
