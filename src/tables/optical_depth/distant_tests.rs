@@ -2,16 +2,12 @@
 //! rays a pixel through the density than one ray through the density is? Measured: yes, by 8 % at
 //! 1.4 pixels' radius, 15 % at 2 and at 2.8, 17 % at 4, 23 % at 5.6 and 13 % at 8. What remains is
 //! the outline, and that the mean of transmittances is not that of the mean density.
-//!
-//! And are copies of the 4D table, which are filtered along all its four axes, closer still?
 
 use glam::{DQuat, DVec3};
 
-use super::OpticalDepthOptions;
 use super::random::Stream;
-use super::table::OpticalDepthTable;
 use super::volume::{VOLUMES, copy_for};
-use crate::tables::{Silent, TableSet};
+use crate::tables::TableSet;
 
 /// Rays along each side of a pixel of the supersampled picture.
 const RAYS: u32 = 8;
@@ -93,41 +89,6 @@ fn copies_come_closer_to_a_supersampled_picture() {
         println!("radius {radius}: {errors:.4?}");
         assert!(copy_for(radius as f32) == 0 && errors[0] < errors[1], "{radius}: {errors:?}");
     }
-}
-
-/// Nodes of the 4D tables, of the disc and of the direction: those of the built-in tables; coarser along
-/// all four axes; and along those of the disc alone, which are what the rays of a pixel differ in.
-const GRIDS: [[usize; 2]; 5] = [[30, 16], [15, 8], [8, 4], [15, 16], [8, 16]];
-
-#[test]
-fn copies_filtered_in_all_four_dimensions_are_no_closer() {
-    let tables = TableSet::embedded().expect("built-in tables");
-    let bake = |[disc, direction]: [usize; 2]| -> Vec<OpticalDepthTable> {
-        // Least squares to chords all over the cells: what such a grid can hold at best.
-        let options = OpticalDepthOptions { disc, direction, ..Default::default() };
-        let one = |t: &OpticalDepthTable| OpticalDepthTable::bake(t.spec(), &options, &Silent);
-        tables.optical_depth().iter().map(|t| one(t).expect("a table")).collect()
-    };
-    let sets = GRIDS.map(bake);
-    let by = |set: usize| {
-        let sets = &sets;
-        move |shape: u32, a, b| sets[set][shape as usize - 1].step(a, b).mean_density
-    };
-    let radii = [1.4, 2.0, 2.8, 4.0, 5.6, 8.0];
-    let mut sums = [0.0; GRIDS.len()];
-    let mut chosen = 0.0;
-    for radius in radii {
-        let volume = copies(&tables, radius, OPTICAL_RADII)[copy_for(radius as f32)];
-        let ways: [&Mean; GRIDS.len()] = [&by(0), &by(1), &by(2), &by(3), &by(4)];
-        let four = errors(&tables, radius, OPTICAL_RADII, &ways);
-        println!("radius {radius}: volume {volume:.4}, 4D tables {four:.4?}");
-        chosen += volume * volume;
-        sums.iter_mut().zip(four).for_each(|(sum, error)| *sum += error * error);
-        // Wider than the coarsest table's cells, the volume is closer than any of them.
-        assert!(radius < 4.0 || four.iter().all(|e| volume < *e), "{radius}: {volume} {four:?}");
-    }
-    // And it is over all sizes.
-    assert!(sums.iter().all(|sum| chosen < *sum), "{chosen} {sums:?}");
 }
 
 /// Optical radii up to which the copies serve, and from which on they harm: a little of much matter that a

@@ -15,8 +15,7 @@
 //! - [`fit`]: least squares to random chords, weighted by what an error does to the transmittance;
 //! - [`encoding`]: the square root of the mean density, in 10 bits like the two places. Thin
 //!   chords, where transmittance is sensitive, get the finer steps and the straighter curves;
-//! - [`volume`]: filtered copies of the density, for distant particles; of the 4D table they are no better
-//!   (`distant_tests`).
+//! - [`volume`]: filtered copies of the density, for distant particles;
 //! - [`chord_lookups`]: what each way costs on a device.
 //!
 //! Tried without success, at central optical depth 10 and equal bytes. Interpolating between
