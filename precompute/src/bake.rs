@@ -1,6 +1,5 @@
 //! `precompute bake`: computes tables and writes them to a file.
 
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -67,15 +66,15 @@ pub struct BakeArgs {
 
 /// Mean cosines of Henyey-Greenstein lobes whose tables meet the targets of `verify`, as measured; the README
 /// has what becomes of narrower ones. Backward ones have not been measured.
-const MEASURED: RangeInclusive<f64> = 0.0..=0.95;
+const MEASURED: [f64; 2] = [0.0, 0.95];
 
 /// Tells of phase functions whose tables may miss the targets.
 fn warn_of_other_lobes(phases: &[Phase]) {
+    let [least, most] = MEASURED;
     for phase in phases {
         if let Phase::Hg { g } = phase
-            && !MEASURED.contains(g)
+            && !(least..=most).contains(g)
         {
-            let (least, most) = (MEASURED.start(), MEASURED.end());
             eprintln!(
                 "warning: --phase {phase}: tables of Henyey-Greenstein lobes are known to be within 1 % \
                  at mean cosines of {least} to {most} only; look at precompute verify"
