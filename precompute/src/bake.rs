@@ -65,7 +65,7 @@ pub struct BakeArgs {
 }
 
 /// Mean cosines of Henyey-Greenstein lobes whose tables meet the targets of `verify`, as measured; the README
-/// has what becomes of narrower ones. Backward ones have not been measured.
+/// has what becomes of narrower and of backward ones.
 const MEASURED: [f64; 2] = [0.0, 0.95];
 
 /// Tells of phase functions whose tables may miss the targets.

@@ -22,7 +22,7 @@
 #ifdef LIT
 #import cumuli::gpu_data::ParticleLight
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
-#import cumuli::lighting::own_source
+#import cumuli::lighting::own_share
 #import cumuli::scattering::scattering_source
 #else
 #import cumuli::gpu_data::LightView
@@ -201,6 +201,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
 #endif
         let step = occupied() / f32(march_settings.steps);
         var t = 0.0;
+        var since_gap = 0.0; // optical depth since the last place without particles
         var first = list_begin;
         let rounds = 2u * march_settings.steps + MOST_GAPS;
         for (var round = 0u; round < rounds && step > 0.0; round++) {
@@ -215,6 +216,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             var passed = true;
             var light = vec3(0.0);
 #ifdef LIT
+            var own_light = vec3(0.0);
             let seen = scattered_light(point - frame.grid_shift.xyz);
             let depth = sun_depth(point);
             let sunlight = exp(-depth);
@@ -248,14 +250,12 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
 #ifdef LIT
                 let lit = lights[index];
                 let alone = lit.ambient_below.w;
-                var source = (1.0 - alone) * (seen.x + order_once * sunlight) * lit.sun_irradiance.rgb
+                let source = (1.0 - alone) * (seen.x + order_once * sunlight) * lit.sun_irradiance.rgb
                     + seen.y * lit.ambient_above.rgb + (seen.z - seen.y) * lit.ambient_below.rgb;
                 if alone > 0.0 {
                     let entry_place = (part.x * view - particle.centre) / particle.radius;
-                    // The chord's own optical depth, by the particle's mean density.
-                    let visible = particle.optical_radius / particle.radius * (part.y - part.x);
                     let scattered = scattering_source(entry_place, view, frame.sun.xyz, particle.optical_radius / frame.delta_scale);
-                    source += alone * own_source(scattered, phase_once, visible, frame.delta_scale) * exp(-lit.ambient_above.w) * lit.sun_irradiance.rgb;
+                    own_light += own * alone * (scattered.x * phase_once + scattered.y) * exp(-lit.ambient_above.w) * lit.sun_irradiance.rgb;
                 }
                 light += own * source;
 #endif
@@ -265,11 +265,12 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                     break;
                 }
                 t = next;
+                since_gap = 0.0;
                 continue;
             }
             if sigma > 0.0 {
 #ifdef LIT
-                light /= sigma;
+                light = (light + own_share(since_gap, sigma * step, frame.delta_scale) * own_light) / sigma;
 #else
                 let altitude = frame.camera_altitude + point.y;
                 light = octaves(depth_to_sun(point)) * sun_irradiance_at(altitude)
@@ -280,6 +281,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 radiance += weight * light;
                 distance_sum += weight * (t + step * mean_scatter_fraction(tau));
                 transmittance *= exp(-tau);
+                since_gap += tau;
             }
             t += step;
         }

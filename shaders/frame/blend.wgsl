@@ -5,13 +5,14 @@
 //
 // Within a bin matter and light are even, but for the light of the sun, whose depth is linear in it:
 // so a bin may be opaque, and a particle smaller than a bin keeps all of its matter. The depth comes
-// from the deep shadow maps (shadow.wgsl).
+// from the deep shadow maps (shadow.wgsl). It and the light field are looked up at the ends of pairs of
+// bins and are linear between them.
 //
 // Workgroup contract: one workgroup owns one tile of 8x8 blocks, one invocation one pixel of a block; it
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight, block_pixel}
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
-#import cumuli::lighting::{mean_sunlight, own_source}
+#import cumuli::lighting::{mean_sunlight, own_share}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
 #import cumuli::optical_depth::{copy_for, densities, march_from}
 #import cumuli::phase::{PhaseParams, phase_between}
@@ -89,6 +90,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             far = select(FAR, ground, ground >= 0.0);
         }
         var cursor = 0.0;     // m, everything before it is composed
+        var since_gap = 0.0;  // optical depth since the last place without particles
         var field = vec4(0.0);
         var field_at = -1.0;  // m, where `field` is the light field
         // A particle is the smallest in no more blocks than its diameter is long, and the two at
@@ -118,6 +120,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             if begin >= FAR {
                 break;
             }
+            since_gap = select(since_gap, 0.0, begin > cursor);
             let step = max(smallest / f32(STEPS), LEAST_STEP * begin);
             let stop = begin + BINS * step;
 
@@ -174,9 +177,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 let alone = below.w;
                 if alone > 0.0 {
                     let scattered = scattering_source((span.near * dir - centre) / radius, dir, sun, optical_radius / frame.delta_scale);
-                    let visible_tau = optical_radius * (span.end - span.begin) / radius;
-                    let own = alone * own_source(scattered, phase_once, visible_tau, frame.delta_scale)
-                        * exp(-lights[index].ambient_above.w);
+                    let own = alone * (scattered.x * phase_once + scattered.y) * exp(-lights[index].ambient_above.w);
                     own_low += own * low_tau;
                     own_high += own * high_tau;
                     lookups += 2u;
@@ -196,9 +197,8 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 if field_at != begin {
                     field = scattered_light(begin * dir - frame.grid_shift.xyz);
                 }
-                let near_field = field;
-                field = scattered_light(stop * dir - frame.grid_shift.xyz);
                 field_at = stop;
+                var near_field = field;
                 var front = sun_depth(begin * dir);
                 var pair_back = front;
                 let last_back = sun_depth(stop * dir);
@@ -211,26 +211,30 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                     let high = bin >= 4u;
                     let i = bin & 3u;
                     let tau = select(tau_low[i], tau_high[i], high);
-                    // The sun's depth at every other bin's end: within 2 % of the error of all.
                     if (bin & 1u) == 0u {
+                        let ahead = (begin + f32(bin + 2u) * step) * dir;
                         pair_back = last_back;
                         if bin + 2u < u32(BINS) {
-                            pair_back = sun_depth((begin + f32(bin + 2u) * step) * dir);
+                            pair_back = sun_depth(ahead);
                         }
+                        near_field = field;
+                        field = scattered_light(ahead - frame.grid_shift.xyz);
                     }
                     let back = select(pair_back, 0.5 * (front + pair_back), (bin & 1u) == 0u);
                     if tau > 0.0 {
                         let mean = mean_transmittance(tau);
                         let lit = once * select(crowded_low[i], crowded_high[i], high) * mean_sunlight(front, back, tau);
-                        let share = (f32(bin) + mean_scatter_fraction(tau)) / BINS;
-                        let seen = mix(near_field, field, share);
+                        let within = mean_scatter_fraction(tau);
+                        let seen = mix(near_field, field, 0.5 * (f32(bin & 1u) + within));
                         let weight = transmittance * mean;
-                        sunlight += weight * (lit + seen.x * select(crowded_low[i], crowded_high[i], high) + select(own_low[i], own_high[i], high));
+                        let own = select(own_low[i], own_high[i], high) * own_share(since_gap, tau, frame.delta_scale);
+                        sunlight += weight * (lit + seen.x * select(crowded_low[i], crowded_high[i], high) + own);
                         above += weight * tau * seen.y;
                         below += weight * tau * (seen.z - seen.y);
                         // Not its middle: a dense bin is seen at its near end.
-                        distance_sum += weight * tau * mix(begin, stop, share);
+                        distance_sum += weight * tau * (begin + (f32(bin) + within) * step);
                         transmittance *= exp(-tau);
+                        since_gap += tau;
                     }
                     front = back;
                 }

@@ -9,9 +9,9 @@
 #import cumuli::gpu_data::{FrameUniforms, LightView, Particle, ParticleLight}
 #import cumuli::light_lists::{OPTICAL_DEPTH_LIMIT, Occlusion, particle_occlusion}
 #import cumuli::light_view::light_tile
-#import cumuli::light_field::crowding
+#import cumuli::light_field::{crowding, ground_shares}
 #import cumuli::lighting::aloneness
-#import cumuli::sky::{sky_ambient_above, sky_ambient_below, sun_irradiance_at}
+#import cumuli::sky::{sky_ambient_above, sky_below, sun_irradiance_at}
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
 @group(0) @binding(1) var<uniform> view: LightView;
@@ -61,7 +61,8 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
     lights[index].sun_irradiance = vec4(sun_irradiance_at(altitude), epoch);
     lights[index].ambient_above = vec4(sky_ambient_above(altitude), taken.front);
     let mass = particle.optical_radius * particle.radius * particle.radius * 4.18879;
-    let crowd = crowding(particle.centre - frame.grid_shift.xyz, mass, particle.radius);
+    let place = particle.centre - frame.grid_shift.xyz;
+    let crowd = crowding(place, mass, particle.radius);
     let alone = aloneness(particle.optical_radius, taken.front + taken.behind, crowd);
-    lights[index].ambient_below = vec4(sky_ambient_below(altitude), alone);
+    lights[index].ambient_below = vec4(sky_below(altitude, ground_shares(place)), alone);
 }

@@ -1,27 +1,23 @@
 // Light field: what every cell of the light grid sends towards the eye by scattering, as a texture
-// that the blend filters. Twin: src/frame/cpu/light_grid.rs.
+// that the blend filters. Twin: src/frame/cpu/light_grid.rs. The fourth channel of the two lowest layers of
+// cells holds what of the ground's light is left below a column (light_ground.wgsl).
 //
 // Workgroup contract: one invocation owns one cell of one level.
-#import cumuli::light_grid_data::{DIRECTIONS, GridEye, LightGridUniforms, crossing, grid_direction, grid_index, grid_phase, unpack_light}
+#import cumuli::light_grid_data::{DIRECTIONS, GridEye, LightGridUniforms, grid_direction, grid_index, grid_phase, unpack_light}
 
 @group(0) @binding(0) var<uniform> eye: GridEye;
 @group(0) @binding(1) var<uniform> grid: LightGridUniforms;
-@group(0) @binding(2) var<storage, read> sun_transmittance: array<f32>;
 #ifdef ABSORBING
-@group(0) @binding(3) var<storage, read> lights: array<vec2<u32>>; // [direction][cell]
+@group(0) @binding(2) var<storage, read> lights: array<vec2<u32>>; // [direction][cell]
 #else
-@group(0) @binding(3) var<storage, read> lights: array<u32>;       // [direction][cell]
+@group(0) @binding(2) var<storage, read> lights: array<u32>;       // [direction][cell]
 #endif
-@group(0) @binding(4) var<storage, read> extinction: array<f32>; // 1/m
-@group(0) @binding(5) var field: texture_storage_3d<rgba16float, write>; // light; a: optical depth to the sun
+@group(0) @binding(3) var<storage, read> shares: array<vec2<f32>>; // by level and column
+@group(0) @binding(4) var field: texture_storage_3d<rgba16float, write>;
 
 // Distance from the eye, in cells, within which the direction to it is not that of the cell's
 // centre alone.
 const NEAR: f32 = 1.0;
-// Optical depth beyond which the sun is not there.
-const DEEPEST: f32 = 80.0;
-// The same as a transmittance, below exp(-DEEPEST): the logarithm of 0 stays finite, and is cut there.
-const LEAST_TRANSMITTANCE: f32 = 1e-37;
 // Distance of a cell that holds the eye at its middle, m: the moments, which alone know the direction, are
 // 0 there.
 const LEAST_DISTANCE: f32 = 1e-6;
@@ -50,10 +46,14 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
     // Exactly: the sum of the weights is 1 but for rounding.
     sum.z = 1.0;
 #endif
-    // The grid keeps what comes in; the light field tells the middle.
-    let half_way = 0.5 * extinction[index] * crossing(-grid.sun.xyz, level.cell.xyz).path;
-    // Sums of rounded weights may pass 1.
-    let depth = clamp(half_way - log(max(sun_transmittance[index], LEAST_TRANSMITTANCE)), 0.0, DEEPEST);
+    var share = 0.0;
+    if cell.y < 2u {
+        var column = cell.z * level.size.x + cell.x;
+        for (var l = 0u; l < id.y; l++) {
+            column += grid.level[l].size.x * grid.level[l].size.z;
+        }
+        share = select(shares[column].x, shares[column].y, cell.y == 1u);
+    }
     let slice = grid.level[id.y].low.w;
-    textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), depth));
+    textureStore(field, vec3(cell.xy, cell.z + u32(slice)), vec4(grid.albedo * max(sum, vec3(0.0)), share));
 }

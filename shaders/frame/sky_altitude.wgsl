@@ -1,9 +1,9 @@
-// Sky: light that reaches an altitude: of the sun, and the mean radiance of the hemispheres above
-// and below, ground included.
+// Sky: light that reaches an altitude: of the sun, the mean radiance of the hemisphere above, and that of
+// the one below in parts: of the air, of the ground as the sun lights it and as the sky does.
 //
 // Workgroup contract: one invocation owns one texel.
 #import cumuli::atmosphere::{ALTITUDE_SIZE, PI, TABLE_SCALE, altitude_at_place, distance_to_ground, to_rgb}
-#import cumuli::sky_march::{AirRay, gather_all, sky, sunlight}
+#import cumuli::sky_march::{AirRay, gather_air, ground_by_sky, ground_by_sun, sky, sun_mu_on_ground, sunlight}
 
 @group(0) @binding(0) var table: texture_storage_2d<rgba16float, write>;
 
@@ -34,7 +34,14 @@ fn sky_altitude(@builtin(global_invocation_id) id: vec3<u32>) {
         for (var j = 0u; j < AZIMUTHS; j++) {
             let azimuth = PI * (f32(j) + 0.5) / f32(AZIMUTHS);
             ray.cos_sun = ray.mu * sun_mu + sine * sun_sine * cos(azimuth);
-            sum += gather_all(ray, hits, STEPS).radiance;
+            let air = gather_air(ray, hits, STEPS);
+            if id.y <= 2u {
+                sum += air.radiance;
+            } else if hits {
+                let sun_below = sun_mu_on_ground(ray);
+                let ground = select(ground_by_sky(sun_below), ground_by_sun(sun_below), id.y == 3u);
+                sum += exp(-air.optical_depth) * ground;
+            }
         }
     }
     let mean = to_rgb(sky, sum) / f32(ZENITHS * AZIMUTHS);

@@ -186,7 +186,7 @@ fn altitude_at_place(y: f32) -> f32 {
 const MULTIPLE_SIZE: vec2<f32> = vec2(32.0, 32.0); // sun's height, altitude
 // Sun's height; irradiance of the sky at the four wavelengths, of the sun in rgb, of the sky in rgb.
 const GROUND_SIZE: vec2<f32> = vec2(128.0, 3.0);
-const ALTITUDE_SIZE: vec2<f32> = vec2(64.0, 3.0);  // altitude; sun, above, below
+const ALTITUDE_SIZE: vec2<f32> = vec2(64.0, 5.0);  // altitude; sun, above, below: air, ground lit by the sun, by the sky
 const VIEW_SIZE: vec2<f32> = vec2(64.0, 192.0);    // azimuth, elevation
 const AIR_SIZE: vec3<f32> = vec3(32.0, 96.0, 40.0); // azimuth, elevation, distance
 

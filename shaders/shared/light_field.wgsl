@@ -37,6 +37,15 @@ fn halo_factor(row: f32, depth: f32) -> f32 {
     return mix(a, b, row - upper);
 }
 
+// The coarsest level. lavapipe of Mesa 22.3 notes the uniforms that branches and loops depend on in an array
+// that it indexes wrongly (lvp_inline_uniforms.c: by 32 a buffer, where there is room for 4), so that
+// those of a shader's eighth uniform buffer and on overwrite whatever lies behind it on the heap. Of an
+// expression it takes the operands in order up to the first that is no uniform: the number of cells, of
+// which there are always more than levels, comes first.
+fn last_level() -> u32 {
+    return min(arrayLength(&grid_matter), light_grid.levels) - 1u;
+}
+
 // Cells at the border of a level over which it fades into the coarser one.
 const FADE_CELLS: f32 = 3.0;
 
@@ -55,11 +64,11 @@ fn level_light(level: GridLevel, point: vec3<f32>) -> vec4<f32> {
 }
 
 // Point relative to the grid's anchor. x: per unit of sun irradiance, y: per radiance from above,
-// z: per radiance from all sides, w: scaled optical depth to the sun.
+// z: per radiance from all sides.
 fn scattered_light(point: vec3<f32>) -> vec4<f32> {
     var sum = vec4(0.0);
     var left = 1.0;
-    let last = light_grid.levels - 1u;
+    let last = last_level();
     for (var l = 0u; l <= last; l++) {
         let level = light_grid.level[l];
         let weight = select(level_weight(level, point), 1.0, l == last);
@@ -74,10 +83,34 @@ fn scattered_light(point: vec3<f32>) -> vec4<f32> {
     return sum;
 }
 
+// What the clouds leave of the light of the ground below a point, over that of bare ground: lit by the
+// sun, by the sky. It is kept in the two lowest layers of a level.
+fn ground_shares(point: vec3<f32>) -> vec2<f32> {
+    var sum = vec2(0.0);
+    var left = 1.0;
+    let last = last_level();
+    for (var l = 0u; l <= last; l++) {
+        let level = light_grid.level[l];
+        let middle = level.low.y + 0.5 * f32(level.size.y) * level.cell.y;
+        let weight = select(level_weight(level, vec3(point.x, middle, point.z)), 1.0, l == last);
+        if weight > 0.0 {
+            let lowest = level.low.y + 0.5 * level.cell.y;
+            let by_sun = level_light(level, vec3(point.x, lowest, point.z)).w;
+            let by_sky = level_light(level, vec3(point.x, lowest + level.cell.y, point.z)).w;
+            sum += left * weight * vec2(by_sun, by_sky);
+            left *= 1.0 - weight;
+            if left <= 0.0 {
+                break;
+            }
+        }
+    }
+    return sum;
+}
+
 // The finest level that holds a point.
 fn level_of(point: vec3<f32>) -> u32 {
     var chosen = 0u;
-    while chosen + 1u < light_grid.levels && level_weight(light_grid.level[chosen], point) <= 0.0 {
+    while chosen < last_level() && level_weight(light_grid.level[chosen], point) <= 0.0 {
         chosen++;
     }
     return chosen;
@@ -96,7 +129,7 @@ const CROWD_LEVELS: u32 = 3u;
 fn crowding(point: vec3<f32>, mass: f32, ball: f32) -> f32 {
     var crowd = 0.0;
     let finest = level_of(point);
-    for (var l = finest; l < min(finest + CROWD_LEVELS, light_grid.levels); l++) {
+    for (var l = finest; l < min(finest + CROWD_LEVELS, last_level() + 1u); l++) {
         let level = light_grid.level[l];
         let own = mass / max(4.18879 * ball * ball * ball, level.cell.x * level.cell.y * level.cell.z);
         let at = clamp((point - level.low.xyz) / level.cell.xyz, vec3(0.0), vec3<f32>(level.size.xyz) - 1.0);

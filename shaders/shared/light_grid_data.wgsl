@@ -15,7 +15,7 @@ struct GridLevel {
 }
 
 struct LightGridUniforms {
-    sun: vec4<f32>,       // xyz: towards the sun
+    sun: vec4<f32>,       // xyz: towards the sun; w: height of the ground relative to the anchor, m
     levels: u32,
     cells: u32,           // of all levels
     moment_first: f32,    // of the scaled phase function: Legendre moments 1 and 2

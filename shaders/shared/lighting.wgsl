@@ -35,13 +35,12 @@ fn aloneness(optical_radius: f32, others: f32, crowd: f32) -> f32 {
     return share * (1.0 - smoothstep(CROWD_BEGIN, CROWD_END, crowd));
 }
 
-// Source of a particle alone in sunlight, per unit of its opacity in the scaled medium. `scattered`:
-// its table's order 1 without phase function, and orders >= 2; `visible`: scaled optical depth of the
-// chord's visible part. The table is that of the unscaled medium: its source counts per opacity of
-// the chord there.
-fn own_source(scattered: vec2<f32>, phase: f32, visible: f32, delta_scale: f32) -> f32 {
-    let denser = mean_transmittance(visible / delta_scale) / (mean_transmittance(visible) * delta_scale);
-    return (scattered.x * phase + scattered.y) * denser;
+// Opacity of a piece, seen through its particle, over the same in the scaled medium. A particle's
+// table is that of the unscaled medium, where its source counts per opacity. `before`, `tau`: scaled
+// optical depth from the last gap to the piece, and of it.
+fn own_share(before: f32, tau: f32, delta_scale: f32) -> f32 {
+    let denser = 1.0 / delta_scale;
+    return denser * exp(before * (1.0 - denser)) * mean_transmittance(tau * denser) / mean_transmittance(tau);
 }
 
 // Mean of exp(-depth) over the light that leaves a piece of optical depth `tau`, where the depth goes

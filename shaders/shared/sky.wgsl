@@ -94,12 +94,18 @@ fn sky_ambient_above(altitude: f32) -> vec3<f32> {
     return light_at(altitude, 1.0);
 }
 
-// Mean radiance of the lower hemisphere: the bare ground and the air before it.
-fn sky_ambient_below(altitude: f32) -> vec3<f32> {
+// Mean radiance of the lower hemisphere: the air, and the ground of which clouds leave these shares,
+// lit by the sun and by the sky.
+fn sky_below(altitude: f32, shares: vec2<f32>) -> vec3<f32> {
     if sky.is_uniform != 0u {
         return vec3(sky.uniform_radiance);
     }
-    return light_at(altitude, 2.0);
+    return light_at(altitude, 2.0) + shares.x * light_at(altitude, 3.0) + shares.y * light_at(altitude, 4.0);
+}
+
+// The same over bare ground.
+fn sky_ambient_below(altitude: f32) -> vec3<f32> {
+    return sky_below(altitude, vec2(1.0));
 }
 
 // The air between the camera and a place, up to infinity.

@@ -55,9 +55,19 @@ fn sky_on_ground(sun_mu: f32) -> vec4<f32> {
     return textureSampleLevel(ground, filtering, uv, 0.0) / TABLE_SCALE;
 }
 
+// The part of the ground's radiance that it has from the sun.
+fn ground_by_sun(sun_mu: f32) -> vec4<f32> {
+    return sky.ground_albedo / PI * max(sun_mu, 0.0) * sunlight(0.0, sun_mu);
+}
+
+// The part that it has from the sky.
+fn ground_by_sky(sun_mu: f32) -> vec4<f32> {
+    return sky.ground_albedo / PI * sky_on_ground(sun_mu);
+}
+
 // Radiance of the bare ground.
 fn ground_light(sun_mu: f32) -> vec4<f32> {
-    return sky.ground_albedo / PI * (max(sun_mu, 0.0) * sunlight(0.0, sun_mu) + sky_on_ground(sun_mu));
+    return ground_by_sun(sun_mu) + ground_by_sky(sun_mu);
 }
 
 // Cosine of the sun's zenith angle after a distance along a ray.
@@ -88,9 +98,9 @@ fn phases_of(ray: AirRay) -> vec2<f32> {
     return vec2(rayleigh_phase(ray.cos_sun), aerosol_phase(ray.cos_sun));
 }
 
-// All light along a ray to the ground, which is seen at its end, or to the end of the air. Steps
-// grow with the square of the distance: the air changes most near the start.
-fn gather_all(ray: AirRay, hits_ground: bool, steps: u32) -> Gathered {
+// Light of the air along a ray to the ground or to the end of the air. Steps grow with the square of
+// the distance: the air changes most near the start.
+fn gather_air(ray: AirRay, hits_ground: bool, steps: u32) -> Gathered {
     let span = air_span(ray.altitude, ray.mu);
     var end = span.y;
     if hits_ground {
@@ -105,9 +115,20 @@ fn gather_all(ray: AirRay, hits_ground: bool, steps: u32) -> Gathered {
         sum = gather(ray, phases, begin, next, sum);
         begin = next;
     }
+    return sum;
+}
+
+// Cosine of the sun's zenith angle where a ray meets the ground.
+fn sun_mu_on_ground(ray: AirRay) -> f32 {
+    return sun_mu_along(ray, 0.0, ground_reach(ray.altitude, ray.mu));
+}
+
+// All light along a ray to the ground, which is seen at its end, or to the end of the air.
+fn gather_all(ray: AirRay, hits_ground: bool, steps: u32) -> Gathered {
+    var sum = gather_air(ray, hits_ground, steps);
     if hits_ground {
         let through = exp(-sum.optical_depth);
-        sum.radiance += through * ground_light(sun_mu_along(ray, 0.0, end));
+        sum.radiance += through * ground_light(sun_mu_on_ground(ray));
         sum.response += through * sky.ground_albedo;
     }
     return sum;

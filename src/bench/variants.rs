@@ -133,8 +133,8 @@ const KNOBS: [&str; 12] = [
     "shadow_steps=2",
     "shadow_steps=8",
     "shadow_resolution=512",
-    "grid_fineness=0.5",
-    "grid_fineness=1.4",
+    "grid_fineness=0.7",
+    "grid_fineness=1",
     "scale=0.75",
     "scale=0.5",
 ];

@@ -237,7 +237,7 @@ gpu_struct! {
 gpu_struct! {
     /// The light grid.
     LightGridUniforms {
-        /// Towards the sun.
+        /// Towards the sun; w: height of the ground relative to the anchor, m.
         sun: [f32; 4],
         /// Levels in use, fine to coarse.
         levels: u32,

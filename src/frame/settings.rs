@@ -109,9 +109,9 @@ pub struct Quality {
     pub grid: GridSettings,
 }
 
-/// Steps of the light grid's solution a frame of a stream. In preset high a step takes about 50 ms of
-/// both cores in software, a solution 54 steps; an epoch of a default field is 3.5 s.
-const LIVE_SLICE: u32 = 4;
+/// Steps of the light grid's solution a frame of a stream. In preset high a step takes about 150 ms of
+/// both cores in software, a solution 30 steps; an epoch of a default field is 3.5 s.
+const LIVE_SLICE: u32 = 2;
 
 impl Quality {
     /// The same for frames of a stream.
@@ -139,7 +139,7 @@ impl Preset {
                 shadow_steps: 3,
                 pixel_stride: 1,
                 shadow_resolution: 160,
-                grid: GridSettings { fineness: 0.7, turns: [17, 5], slice: 0 },
+                grid: GridSettings { fineness: 0.8, turns: [9, 5], slice: 0 },
             },
             Self::High => Quality {
                 steps: 6,
@@ -147,7 +147,7 @@ impl Preset {
                 shadow_steps: 4,
                 pixel_stride: 1,
                 shadow_resolution: 256,
-                grid: GridSettings { fineness: 1.0, turns: [17, 9], slice: 0 },
+                grid: GridSettings { fineness: 1.4, turns: [9, 5], slice: 0 },
             },
             Self::Ultra => Quality {
                 steps: 10,
@@ -155,7 +155,7 @@ impl Preset {
                 shadow_steps: 6,
                 pixel_stride: 1,
                 shadow_resolution: 512,
-                grid: GridSettings { fineness: 1.4, turns: [33, 17], slice: 0 },
+                grid: GridSettings { fineness: 1.85, turns: [17, 9], slice: 0 },
             },
         }
     }

@@ -9,7 +9,7 @@ use super::grid::ParticleGrid;
 use super::particles::WorldParticle;
 use super::world::Densities;
 use crate::Result;
-use crate::frame::cpu::lighting::{ChordLight, RayLight};
+use crate::frame::cpu::lighting::{Before, ChordLight, RayLight};
 use crate::frame::cpu::segments::{ChordInputs, Composed, STEPS, mean_scatter_fraction};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::gpu_data::{Particle, ParticleLight};
@@ -192,9 +192,8 @@ impl<'a> Exact<'a> {
                 return None;
             }
             let entry = (ray.at(near) - particle.centre) / particle.radius;
-            let visible = particle.optical_depth(ray, begin, end);
             let (own, light) = (&self.frame_particles[i as usize], &self.lights[i as usize]);
-            let light = self.inputs.light(own, light, ray.dir, entry, visible);
+            let light = self.inputs.light(own, light, ray.dir, entry);
             Some(Chord { particle, begin, end, light })
         };
         found.iter().filter_map(chord).collect()
@@ -210,12 +209,18 @@ impl<'a> Exact<'a> {
         let mut sum = Composed { radiance: DVec3::ZERO, transmittance: 1.0, distance: 0.0 };
         let (Some(&first), Some(&last)) = (events.first(), events.last()) else { return sum };
         let air = self.has_air.then(|| AirAlong::new(&self.sky, dir, first, last));
+        let mut since_gap = 0.0;
         for piece in events.windows(2) {
             let [from, to] = [piece[0], piece[1]];
             let open: Vec<_> =
                 chords.iter().filter(|c| c.begin <= from && c.end >= to && to > from).collect();
+            if open.is_empty() && to > from {
+                since_gap = 0.0;
+            }
             if !open.is_empty() && sum.transmittance > OPAQUE {
-                compose_piece(&ray, &open, [from, to], air.as_ref(), &lit, &mut sum);
+                let before = sum.transmittance;
+                compose_piece(&ray, &open, [from, to], air.as_ref(), &lit, since_gap, &mut sum);
+                since_gap += (before / sum.transmittance).ln();
             }
         }
         let opacity = 1.0 - sum.transmittance;
@@ -233,8 +238,10 @@ fn compose_piece(
     [from, to]: [f64; 2],
     air: Option<&AirAlong>,
     lit: &RayLight<'_>,
+    since_gap: f64,
     sum: &mut Composed,
 ) {
+    let at_begin = -sum.transmittance.ln();
     let finest = open
         .iter()
         .filter(|c| !c.particle.shape.volume().is_empty())
@@ -253,7 +260,8 @@ fn compose_piece(
         let stretch = (steps as usize - (i - within)).min(STEPS_TO_THE_SUN) as f64;
         let sun_depths =
             [within, within + 1].map(|s| depths[0] + (depths[1] - depths[0]) * s as f64 / stretch);
-        let depth = -sum.transmittance.ln();
+        let view = -sum.transmittance.ln();
+        let before = Before { view, since_gap: since_gap + view - at_begin };
         let own = |chord: &Chord<'_>| {
             let at = GAUSS.map(|place| ray.at(begin + step * place));
             at.iter().map(|point| 0.5 * step * chord.particle.extinction_at(*point)).sum::<f64>()
@@ -264,7 +272,7 @@ fn compose_piece(
             continue;
         }
         let seen = mean_scatter_fraction(tau);
-        let piece = lit.piece_below([begin, begin + step], tau, seen, depth, sun_depths);
+        let piece = lit.piece_below([begin, begin + step], tau, seen, before, sun_depths);
         let both = open.iter().zip(pieces);
         let light: DVec3 = both.map(|(chord, own)| own * piece.source(&chord.light)).sum();
         let weight = sum.transmittance * -(-tau).exp_m1();

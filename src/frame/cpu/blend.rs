@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::lighting::{RayLight, mean_sunlight, own_source};
+use super::lighting::{RayLight, mean_sunlight, own_share};
 use super::segments::{ChordInputs, Composed, mean_scatter_fraction};
 use crate::frame::gpu_data::{Particle, ParticleLight};
 use crate::tables::optical_depth::volume::copy_for;
@@ -114,10 +114,9 @@ impl Pixel<'_> {
             let entry = place(span.near);
             let scattered =
                 self.inputs.scattering.lookup(entry, self.dir, sun, optical_radius / scale);
-            let visible = optical_radius * (span.end - span.begin) / radius;
             let phase = self.inputs.phase.eval(sun.dot(self.dir));
             own = alone
-                * own_source(scattered, phase, visible, scale)
+                * (scattered[0] * phase + scattered[1])
                 * (-f64::from(light.ambient_above[3])).exp();
         }
         let turn = DQuat::from_array(particle.orientation.map(f64::from));
@@ -147,10 +146,13 @@ impl Pixel<'_> {
 pub fn compose(pixel: &Pixel<'_>, steps: u32, stop: f64) -> Composed {
     let ray = pixel.inputs.ray(pixel.dir);
     let mut sum = Composed { radiance: DVec3::ZERO, transmittance: 1.0, distance: 0.0 };
-    let mut cursor = 0.0;
+    let (mut cursor, mut since_gap) = (0.0, 0.0);
     while let Some((begin, smallest)) = pixel.next(cursor) {
         let step = (smallest / f64::from(steps)).max(LEAST_STEP * begin);
         let end = begin + BINS as f64 * step;
+        if begin > cursor {
+            since_gap = 0.0;
+        }
         let mut block = Block::default();
         for (index, particle) in pixel.particles.iter().enumerate() {
             if Pixel::nearest(particle) >= end {
@@ -159,7 +161,7 @@ pub fn compose(pixel: &Pixel<'_>, steps: u32, stop: f64) -> Composed {
             pixel.add(&mut block, index, begin, step);
         }
         if block.matter > 0.0 {
-            compose_block(&ray, &block, begin, end, &mut sum);
+            compose_block(&ray, &block, [begin, end], &mut since_gap, &mut sum);
         }
         if sum.transmittance <= stop {
             break;
@@ -171,10 +173,16 @@ pub fn compose(pixel: &Pixel<'_>, steps: u32, stop: f64) -> Composed {
     sum
 }
 
-fn compose_block(ray: &RayLight<'_>, block: &Block, begin: f64, end: f64, sum: &mut Composed) {
-    let [near, far] = [begin, end].map(|t| ray.field.at(t * ray.dir));
+fn compose_block(
+    ray: &RayLight<'_>,
+    block: &Block,
+    [begin, end]: [f64; 2],
+    since_gap: &mut f64,
+    sum: &mut Composed,
+) {
     let step = (end - begin) / BINS as f64;
-    let depth = |bins: usize| (ray.sun_depth)((begin + step * bins as f64) * ray.dir);
+    let place = |bins: usize| (begin + step * bins as f64) * ray.dir;
+    let depth = |bins: usize| (ray.sun_depth)(place(bins));
     let depths = [depth(0), depth(BINS)];
     let path = ray.halo_share * (0.5 * (depths[0] + depths[1]) - sum.transmittance.max(DARK).ln());
     let once = ray.first * ray.halo.factor(ray.half_sine, path);
@@ -182,17 +190,21 @@ fn compose_block(ray: &RayLight<'_>, block: &Block, begin: f64, end: f64, sum: &
     for (i, bin) in block.bins.iter().enumerate().filter(|(_, bin)| bin.tau > 0.0) {
         let opacity = -(-bin.tau).exp_m1();
         // At the ends of every second bin, linear between them.
-        let pair = [depth(i / 2 * 2), depth(i / 2 * 2 + 2)];
+        let ends = [i / 2 * 2, i / 2 * 2 + 2];
+        let pair = ends.map(depth);
         let middle = 0.5 * (pair[0] + pair[1]);
         let [front, back] = if i % 2 == 0 { [pair[0], middle] } else { [middle, pair[1]] };
         let lit = once * bin.crowded * mean_sunlight(front, back, bin.tau);
-        let share = (i as f64 + mean_scatter_fraction(bin.tau)) / BINS as f64;
-        let seen = near.lerp(far, share);
+        let within = mean_scatter_fraction(bin.tau);
+        let [near, far] = ends.map(|bins| ray.field.at(place(bins)));
+        let seen = near.lerp(far, 0.5 * ((i % 2) as f64 + within));
         let weight = sum.transmittance * opacity / bin.tau;
-        sunlight += weight * (lit + seen.x * bin.crowded + bin.own);
+        let own = bin.own * own_share(*since_gap, bin.tau, ray.delta_scale);
+        *since_gap += bin.tau;
+        sunlight += weight * (lit + seen.x * bin.crowded + own);
         above += weight * bin.tau * seen.y;
         below += weight * bin.tau * (seen.z - seen.y);
-        sum.distance += weight * bin.tau * (begin + (end - begin) * share);
+        sum.distance += weight * bin.tau * (begin + step * (i as f64 + within));
         sum.transmittance *= (-bin.tau).exp();
     }
     sum.radiance +=

@@ -31,6 +31,7 @@
 //! 8 directions of degree 1 0.011.
 
 mod cells;
+mod ground;
 mod matter;
 mod seen;
 mod sweep;
@@ -51,9 +52,6 @@ use crate::frame::light_grid::{least_eigenvalue, relaxations};
 
 /// Directions of travel.
 pub const DIRECTIONS: usize = 12;
-
-/// Optical depth beyond which the sun is not there.
-const DEEPEST: f64 = 80.0;
 
 /// Corners of an icosahedron; opposite ones are neighbours in number. It is turned about z until the
 /// four with y = 0 have |y| = 1/6.
@@ -275,9 +273,9 @@ impl GridLight {
     pub fn seen_from(&self, eye: DVec3) -> FieldSeen {
         let all = self.uniforms.cells as usize;
         let mut field = vec![DVec4::ZERO; all];
-        for l in 0..self.levels() {
+        let shares = self.ground_shares();
+        for (l, shares) in shares.iter().enumerate() {
             let level = self.level(l);
-            let sun_path = self.sun_path(&level);
             for cell in cells(&level) {
                 let offset = centre(&level, cell.map(|v| v as f64)) - eye;
                 let distance = offset.length();
@@ -293,10 +291,9 @@ impl GridLight {
                         weight * self.lights[d * all + at]
                     })
                     .sum();
-                // From where sunlight enters the cell to its middle.
-                let half_way = 0.5 * self.extinction[at] * sun_path;
-                let depth = (half_way - self.sun[at].max(1e-37).ln()).clamp(0.0, DEEPEST);
-                field[at] = (f64::from(self.uniforms.albedo) * sum.max(DVec3::ZERO)).extend(depth);
+                let column = shares[cell[2] * level.size[0] as usize + cell[0]];
+                let share = column.get(cell[1]).copied().unwrap_or(0.0);
+                field[at] = (f64::from(self.uniforms.albedo) * sum.max(DVec3::ZERO)).extend(share);
             }
         }
         FieldSeen::new(self.uniforms, field, eye)

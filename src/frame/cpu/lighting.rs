@@ -27,13 +27,12 @@ fn mean_transmittance(tau: f64) -> f64 {
     if tau > 0.0 { -(-tau).exp_m1() / tau } else { 1.0 }
 }
 
-/// Source of a particle alone in sunlight, per unit of its opacity in the scaled medium.
-/// `scattered`: its table's order 1 without phase function, and orders >= 2; `visible`: scaled
-/// optical depth of the chord's visible part.
-pub fn own_source([once, more]: [f64; 2], phase: f64, visible: f64, delta_scale: f64) -> f64 {
-    let denser =
-        mean_transmittance(visible / delta_scale) / (mean_transmittance(visible) * delta_scale);
-    (once * phase + more) * denser
+/// Opacity of a piece, seen through its particle, over the same in the scaled medium. `before`,
+/// `tau`: scaled optical depth from the last gap to the piece, and of it.
+pub fn own_share(before: f64, tau: f64, delta_scale: f64) -> f64 {
+    let denser = 1.0 / delta_scale;
+    denser * (before * (1.0 - denser)).exp() * mean_transmittance(tau * denser)
+        / mean_transmittance(tau)
 }
 
 /// Mean of `exp(-depth)` over the light that leaves a piece of optical depth `tau`, where the depth
@@ -57,12 +56,12 @@ pub struct ChordLight {
     pub above: DVec3,
     /// Radiance from below.
     pub below: DVec3,
-    /// Source of the share that is alone in sunlight.
+    /// Source of the share that is alone in sunlight, per opacity in the unscaled medium.
     pub own: DVec3,
 }
 
 impl ChordLight {
-    /// Of a chord; `own` as [`own_source`] has it.
+    /// Of a chord; `own`: source of its particle alone in undimmed sunlight.
     pub fn new(light: &ParticleLight, own: f64) -> Self {
         let alone = f64::from(light.ambient_below[3]);
         let sun = colour(light.sun_irradiance);
@@ -94,6 +93,17 @@ pub struct RayLight<'a> {
     pub halo_share: f64,
     /// Source of order 1 in undimmed sunlight, without halo: 1/sr.
     pub first: f64,
+    /// Scaled extinction over the true one.
+    pub delta_scale: f64,
+}
+
+/// Scaled optical depth before a piece.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Before {
+    /// From the eye on.
+    pub view: f64,
+    /// From the last place on where there was no particle.
+    pub since_gap: f64,
 }
 
 /// The light of the surroundings on a piece.
@@ -102,21 +112,16 @@ pub struct PieceLight {
     seen: DVec4,
     // Source of order 1 per irradiance over the air.
     once: f64,
+    // What a particle alone sends counts by this.
+    own_share: f64,
 }
 
 impl RayLight<'_> {
     /// Of a piece from `cursor` to `next` (m along the ray) of optical depth `tau`, light from the
-    /// mean depth `seen` into it (a fraction), seen through `view_depth`.
-    pub fn piece(
-        &self,
-        cursor: f64,
-        next: f64,
-        tau: f64,
-        seen: f64,
-        view_depth: f64,
-    ) -> PieceLight {
+    /// mean depth `seen` into it (a fraction).
+    pub fn piece(&self, cursor: f64, next: f64, tau: f64, seen: f64, before: Before) -> PieceLight {
         let depths = [cursor, next].map(|t| (self.sun_depth)(t * self.dir));
-        self.piece_below([cursor, next], tau, seen, view_depth, depths)
+        self.piece_below([cursor, next], tau, seen, before, depths)
     }
 
     /// The same with the depth to the sun at its two ends.
@@ -125,21 +130,22 @@ impl RayLight<'_> {
         [cursor, next]: [f64; 2],
         tau: f64,
         seen: f64,
-        view_depth: f64,
+        before: Before,
         [front, back]: [f64; 2],
     ) -> PieceLight {
         let at = |t: f64| self.field.at(t * self.dir);
         let seen = at(cursor).lerp(at(next), seen);
-        let path = self.halo_share * (0.5 * (front + back) + view_depth);
+        let path = self.halo_share * (0.5 * (front + back) + before.view);
         let first = self.first * self.halo.factor(self.half_sine, path);
-        PieceLight { seen, once: first * mean_sunlight(front, back, tau) }
+        let once = first * mean_sunlight(front, back, tau);
+        PieceLight { seen, once, own_share: own_share(before.since_gap, tau, self.delta_scale) }
     }
 }
 
 impl PieceLight {
     /// Source of a chord on the piece.
     pub fn source(&self, light: &ChordLight) -> DVec3 {
-        light.own
+        self.own_share * light.own
             + (self.seen.x + self.once) * light.sun
             + self.seen.y * light.above
             + (self.seen.z - self.seen.y) * light.below
@@ -154,16 +160,20 @@ mod tests {
     fn uniform_light_is_handed_on() {
         let all = DVec3::new(0.3, 0.2, 0.1);
         let light = ChordLight { above: all, below: all, ..ChordLight::default() };
-        let piece = PieceLight { seen: DVec4::new(0.1, 0.4, 1.0, 2.0), once: 0.3 };
+        let piece = PieceLight { seen: DVec4::new(0.1, 0.4, 1.0, 2.0), once: 0.3, own_share: 1.0 };
         assert!((piece.source(&light) - all).length() < 1e-15);
     }
 
     #[test]
     fn a_particle_alone_shines_as_its_table_says() {
-        for visible in [0.01, 1.3, 20.0] {
-            // What leaves the scaled chord is what leaves the true one.
-            let seen = own_source([0.8, 0.1], 0.07, visible, 0.4) * -(-visible).exp_m1();
-            let expected = (0.8 * 0.07 + 0.1) * -(-visible / 0.4).exp_m1();
+        for depth in [0.01, 1.3, 20.0] {
+            // In pieces of 1, 2 and 3 sixths: their sum is what leaves the true chord.
+            let (mut before, mut seen): (f64, f64) = (0.0, 0.0);
+            for tau in [depth / 6.0, depth / 3.0, depth / 2.0] {
+                seen += own_share(before, tau, 0.4) * (-before).exp() * -(-tau).exp_m1();
+                before += tau;
+            }
+            let expected = -(-depth / 0.4_f64).exp_m1();
             assert!((seen / expected - 1.0).abs() < 1e-12, "{seen} {expected}");
         }
     }

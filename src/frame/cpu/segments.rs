@@ -6,7 +6,7 @@
 use glam::{DQuat, DVec3};
 
 use super::light_grid::FieldSeen;
-use super::lighting::{ChordLight, PieceLight, RayLight, SunDepth, own_source};
+use super::lighting::{Before, ChordLight, PieceLight, RayLight, SunDepth};
 use crate::frame::gpu_data::{FrameUniforms, Particle, ParticleLight};
 use crate::medium::{Halo, PreparedPhase};
 use crate::tables::optical_depth::ChordProfile;
@@ -123,28 +123,25 @@ impl ChordInputs<'_> {
             profile,
             light: ChordLight::default(),
         };
-        let visible = optical_depth * (chord.share(end) - chord.share(begin));
-        chord.light = self.light(particle, light, dir, place(near), visible);
+        chord.light = self.light(particle, light, dir, place(near));
         Some(chord)
     }
 
-    /// What lights a chord of visible optical depth `visible` that enters the particle at this place,
-    /// in radii from the centre.
+    /// What lights a chord that enters the particle at this place, in radii from the centre.
     pub fn light(
         &self,
         particle: &Particle,
         light: &ParticleLight,
         dir: DVec3,
         entry: DVec3,
-        visible: f64,
     ) -> ChordLight {
         let sun = vector(&self.frame.sun);
         let optical_radius = f64::from(particle.optical_radius);
         let mut own = 0.0;
         if light.ambient_below[3] > 0.0 {
             let scale = f64::from(self.frame.delta_scale);
-            let scattered = self.scattering.lookup(entry, dir, sun, optical_radius / scale);
-            own = own_source(scattered, self.phase.eval(sun.dot(dir)), visible, scale);
+            let [once, more] = self.scattering.lookup(entry, dir, sun, optical_radius / scale);
+            own = once * self.phase.eval(sun.dot(dir)) + more;
         }
         ChordLight::new(light, own)
     }
@@ -161,6 +158,7 @@ impl ChordInputs<'_> {
             half_sine: 0.5 * (dir - sun).length(),
             halo_share: self.frame.halo_share.into(),
             first: f64::from(self.frame.albedo) / scale * self.phase.eval(sun.dot(dir)),
+            delta_scale: scale,
         }
     }
 }
@@ -172,19 +170,22 @@ struct Sweep {
     cursor: f64,
     radiance: DVec3,
     transmittance: f64,
+    since_gap: f64,
     distance_sum: f64,
 }
 
 impl Sweep {
     fn new() -> Self {
         let (radiance, transmittance) = (DVec3::ZERO, 1.0);
-        Self { open: Vec::new(), cursor: 0.0, radiance, transmittance, distance_sum: 0.0 }
+        let (cursor, since_gap, distance_sum) = (0.0, 0.0, 0.0);
+        Self { open: Vec::new(), cursor, radiance, transmittance, since_gap, distance_sum }
     }
 
     /// Light of the piece from the cursor on.
     fn piece(&self, ray: &RayLight<'_>, next: f64, tau: f64) -> PieceLight {
-        let depth = -self.transmittance.max(1e-30).ln();
-        ray.piece(self.cursor, next, tau, mean_scatter_fraction(tau), depth)
+        let view = -self.transmittance.max(1e-30).ln();
+        let before = Before { view, since_gap: self.since_gap };
+        ray.piece(self.cursor, next, tau, mean_scatter_fraction(tau), before)
     }
 
     /// Adds a piece of the ray from the cursor on.
@@ -196,6 +197,7 @@ impl Sweep {
         let seen = self.cursor + (next - self.cursor) * mean_scatter_fraction(tau);
         self.distance_sum += self.transmittance * opacity * seen;
         self.transmittance *= (-tau).exp();
+        self.since_gap += tau;
         self.cursor = next;
     }
 
@@ -216,11 +218,17 @@ impl Sweep {
                 pieces.push((*chord, chord.optical_depth * (share - *done).max(0.0)));
                 *done = share;
             }
+            if pieces.is_empty() {
+                self.since_gap = 0.0;
+            }
             let tau = pieces.iter().map(|(_, piece)| piece).sum();
             let lit = self.piece(ray, next, tau);
             let light = pieces.iter().map(|(c, own)| *own * lit.source(&c.light)).sum();
             self.add(tau, light, next);
             self.open.retain(|(chord, _)| chord.end > next);
+        }
+        if self.open.is_empty() && self.cursor < limit {
+            self.since_gap = 0.0;
         }
         self.cursor = self.cursor.max(limit);
     }
@@ -267,6 +275,9 @@ pub fn compose_exactly(chords: &[Chord], ray: &RayLight<'_>) -> Composed {
             .map(|c| (c, c.share(from)))
             .collect();
         sweep.cursor = from;
+        if open.is_empty() && to > from {
+            sweep.since_gap = 0.0;
+        }
         for step in 1..=STEPS {
             let next = from + (to - from) * f64::from(step) / f64::from(STEPS);
             let mut pieces = Vec::with_capacity(open.len());

@@ -108,14 +108,22 @@ impl Sky {
     /// Mean radiance of the upper hemisphere, without the sun's disc. Altitude in m.
     pub fn sky_ambient_above(&self, altitude: f64) -> DVec3 {
         self.uniform().unwrap_or_else(|| {
-            colour(self.air.hemisphere(altitude.max(0.0), self.sun.y, true)) * self.irradiance
+            colour(self.air.hemispheres(altitude.max(0.0), self.sun.y)[0]) * self.irradiance
         })
     }
 
-    /// Mean radiance of the lower hemisphere. Altitude in m.
+    /// Mean radiance of the lower hemisphere over bare ground. Altitude in m.
     pub fn sky_ambient_below(&self, altitude: f64) -> DVec3 {
+        self.sky_below(altitude, [1.0; 2])
+    }
+
+    /// Mean radiance of the lower hemisphere over ground of which clouds leave these shares, lit by the
+    /// sun and by the sky. Altitude in m.
+    pub fn sky_below(&self, altitude: f64, shares: [f64; 2]) -> DVec3 {
         self.uniform().unwrap_or_else(|| {
-            colour(self.air.hemisphere(altitude.max(0.0), self.sun.y, false)) * self.irradiance
+            let [_, air, by_sun, by_sky] = self.air.hemispheres(altitude.max(0.0), self.sun.y);
+            (colour(air) + shares[0] * colour(by_sun) + shares[1] * colour(by_sky))
+                * self.irradiance
         })
     }
 

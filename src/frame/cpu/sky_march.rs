@@ -176,18 +176,31 @@ impl Air {
         (0..ZENITHS).map(|i| ring(i).radiance).sum::<DVec4>() * (PI / f64::from(ZENITHS))
     }
 
-    /// Mean radiance of the upper (`up`) or lower hemisphere, 1/sr.
-    pub fn hemisphere(&self, altitude: f64, sun_mu: f64, up: bool) -> DVec4 {
+    /// Mean radiance of the upper hemisphere, and that of the lower one in parts: of the air, of the
+    /// ground as the sun lights it, and as the sky does; 1/sr.
+    pub fn hemispheres(&self, altitude: f64, sun_mu: f64) -> [DVec4; 4] {
         const ZENITHS: u32 = 12;
-        let ring = |i: u32| {
+        const AZIMUTHS: u32 = 8;
+        let mut sums = [DVec4::ZERO; 4];
+        for (up, i, j) in [true, false]
+            .into_iter()
+            .flat_map(|up| (0..ZENITHS).map(move |i| (up, i)))
+            .flat_map(|(up, i)| (0..AZIMUTHS).map(move |j| (up, i, j)))
+        {
             let mu = (f64::from(i) + 0.5) / f64::from(ZENITHS) * if up { 1.0 } else { -1.0 };
+            let azimuth = PI * (f64::from(j) + 0.5) / f64::from(AZIMUTHS);
+            let ray = AirRay { altitude, mu, sun_mu, cos_sun: cosine_to_sun(mu, sun_mu, azimuth) };
             let hits = distance_to_ground(altitude, mu) >= 0.0;
-            over_azimuths(8, |azimuth| {
-                let cos_sun = cosine_to_sun(mu, sun_mu, azimuth);
-                self.gather_all(AirRay { altitude, mu, sun_mu, cos_sun }, hits, 24)
-            })
-        };
-        (0..ZENITHS).map(|i| ring(i).radiance).sum::<DVec4>() / f64::from(ZENITHS)
+            let air = self.gather_air(&ray, hits, 24);
+            sums[usize::from(!up)] += air.radiance;
+            if hits {
+                let through = (-air.optical_depth).exp();
+                let sun_below = sun_mu_along(&ray, 0.0, ground_reach(altitude, mu));
+                sums[2] += through * self.ground_by_sun(sun_below);
+                sums[3] += through * self.ground_by_sky(sun_below);
+            }
+        }
+        sums.map(|sum| sum / f64::from(ZENITHS * AZIMUTHS))
     }
 
     /// Irradiance of sunlight that arrives at a place, on a surface that faces it.
@@ -201,8 +214,15 @@ impl Air {
 
     /// Radiance of the bare ground, 1/sr.
     pub fn ground_light(&self, sun_mu: f64) -> DVec4 {
-        let sky = self.ground.at(DVec2::new(sun_place(sun_mu), 0.0));
-        self.ground_albedo / PI * (sun_mu.max(0.0) * self.sunlight(0.0, sun_mu) + sky)
+        self.ground_by_sun(sun_mu) + self.ground_by_sky(sun_mu)
+    }
+
+    fn ground_by_sun(&self, sun_mu: f64) -> DVec4 {
+        self.ground_albedo / PI * sun_mu.max(0.0) * self.sunlight(0.0, sun_mu)
+    }
+
+    fn ground_by_sky(&self, sun_mu: f64) -> DVec4 {
+        self.ground_albedo / PI * self.ground.at(DVec2::new(sun_place(sun_mu), 0.0))
     }
 
     fn gather(&self, ray: &AirRay, begin: f64, end: f64, so_far: &Gathered) -> Gathered {
@@ -237,16 +257,20 @@ impl Air {
 
     /// All light along a ray to the ground, which is seen at its end, or to the end of the air.
     pub fn gather_all(&self, ray: AirRay, hits_ground: bool, steps: u32) -> Gathered {
-        let span = air_span(ray.altitude, ray.mu);
-        if !hits_ground {
-            return self.gather_between(&ray, span.0, span.1, steps);
+        let mut sum = self.gather_air(&ray, hits_ground, steps);
+        if hits_ground {
+            let end = ground_reach(ray.altitude, ray.mu);
+            let through = (-sum.optical_depth).exp();
+            sum.radiance += through * self.ground_light(sun_mu_along(&ray, 0.0, end));
+            sum.response += through * self.ground_albedo;
         }
-        let end = ground_reach(ray.altitude, ray.mu);
-        let mut sum = self.gather_between(&ray, span.0, end, steps);
-        let through = (-sum.optical_depth).exp();
-        sum.radiance += through * self.ground_light(sun_mu_along(&ray, 0.0, end));
-        sum.response += through * self.ground_albedo;
         sum
+    }
+
+    fn gather_air(&self, ray: &AirRay, hits_ground: bool, steps: u32) -> Gathered {
+        let span = air_span(ray.altitude, ray.mu);
+        let end = if hits_ground { ground_reach(ray.altitude, ray.mu) } else { span.1 };
+        self.gather_between(ray, span.0, end, steps)
     }
 }
 

@@ -4,7 +4,8 @@
 
 use glam::DVec3;
 
-use super::levels::{Levels, of_field, of_list};
+use super::levels::{Levels, fitting, of_field, of_list};
+use super::pass::light_words;
 use crate::Result;
 use crate::frame::gpu_data::{CloudUniforms, GRID_LEVELS, LightGridUniforms, Particle};
 use crate::frame::population::Shapes;
@@ -123,7 +124,9 @@ impl GridInputs {
                 // Altitudes are those of the ground: the field may only drift sideways here.
                 let start = DVec3::new(drifted.x, 0.0, drifted.z);
                 let anchor = start + field.wind * epoch;
-                (of_field(field, anchor, settings.fineness), epoch, start, field.wind)
+                let words = light_words(scene.medium.albedo);
+                let levels = fitting(settings.fineness, words, |f| of_field(field, anchor, f));
+                (levels, epoch, start, field.wind)
             }
             None => match of_list(&scene.particles, settings.fineness) {
                 Some(levels) => {
@@ -150,7 +153,7 @@ impl GridInputs {
         let overlaps = if clouds.is_some() { MOST_OVERLAPS } else { listed.len() as f64 + 1.0 };
         let mut uniforms = <LightGridUniforms as bytemuck::Zeroable>::zeroed();
         let [x, y, z] = scene.sun.direction.as_vec3().to_array();
-        uniforms.sun = [x, y, z, 0.0];
+        uniforms.sun = [x, y, z, -levels.anchor.y as f32];
         uniforms.levels = levels.levels.len() as u32;
         uniforms.cells = levels.cells();
         uniforms.longest = levels.longest();
@@ -195,7 +198,7 @@ impl GridInputs {
 
     /// Whether their suns are nearly the same.
     pub fn has_sun_near(&self, other: &Self) -> bool {
-        let [a, b] = [self, other].map(|i| glam::Vec4::from(i.uniforms.sun));
+        let [a, b] = [self, other].map(|i| glam::Vec4::from(i.uniforms.sun).truncate());
         a.dot(b) >= SUN_JUMP
     }
 

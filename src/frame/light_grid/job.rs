@@ -45,6 +45,7 @@ pub(super) struct Job {
     pub splat: wgpu::BindGroup,
     /// By level and turn.
     pub stages: Vec<Vec<wgpu::BindGroup>>,
+    pub ground: wgpu::BindGroup,
     pub field: wgpu::BindGroup,
     pub read: wgpu::BindGroup,
 }
@@ -77,13 +78,14 @@ impl Job {
         let matter = buffers::storage(gpu, "grid matter", cells as usize, word);
         let extinction = buffers::storage(gpu, "grid extinction", cells as usize, word);
         let sun = buffers::storage(gpu, "grid sun", cells as usize, word);
-        let light =
-            |label, count| buffers::storage(gpu, label, count as usize, pass.light_words * word);
+        let light = |label, count| {
+            buffers::storage(gpu, label, count as usize, pass.light_words as usize * word)
+        };
         let sources = light("grid sources", cells * DIRECTIONS);
-        // What flows along the rows of slanted planes: up to twice as many planes as cells.
-        let longest = inputs.levels.longest();
-        let flows = longest * 2 * longest;
-        let lights = light("grid lights", (cells + flows) * DIRECTIONS);
+        let lights = light("grid lights", inputs.levels.lights());
+        let columns_of_levels = inputs.levels.columns() as usize;
+        let fallen = buffers::storage(gpu, "grid fallen", columns_of_levels, size_of::<[f32; 4]>());
+        let shares = buffers::storage(gpu, "grid shares", columns_of_levels, size_of::<[f32; 2]>());
         let (stages_buffer, offsets) = stages(gpu, inputs);
         let splat = pass.matter.bind(
             gpu,
@@ -132,14 +134,24 @@ impl Job {
             view_formats: &[],
         });
         let view = texture.create_view(&Default::default());
+        let ground = pass.ground.bind(
+            gpu,
+            &[
+                uniforms.as_entire_binding(),
+                sun.as_entire_binding(),
+                extinction.as_entire_binding(),
+                lights.as_entire_binding(),
+                fallen.as_entire_binding(),
+                shares.as_entire_binding(),
+            ],
+        );
         let field = pass.field.bind(
             gpu,
             &[
                 eye.as_entire_binding(),
                 uniforms.as_entire_binding(),
-                sun.as_entire_binding(),
                 lights.as_entire_binding(),
-                extinction.as_entire_binding(),
+                shares.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&view),
             ],
         );
@@ -151,6 +163,8 @@ impl Job {
             + 3 * matter.size()
             + sources.size()
             + lights.size()
+            + fallen.size()
+            + shares.size()
             + stages_buffer.size()
             + texels * TEXEL_BYTES
             + rings.as_ref().map_or(0, RingJob::bytes);
@@ -169,10 +183,11 @@ impl Job {
             extinction,
             sun,
             lights,
-            light_words: pass.light_words,
+            light_words: pass.light_words as usize,
             bytes,
             splat,
             stages,
+            ground,
             field,
             read,
         }

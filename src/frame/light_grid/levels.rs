@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::pass::DIRECTIONS;
 use crate::frame::gpu_data::{GRID_LEVELS, GridLevel};
 use crate::frame::rings;
 use crate::scene::{CloudField, ParticleSpec};
@@ -10,14 +11,19 @@ use crate::scene::{CloudField, ParticleSpec};
 /// tracer is 0.4 % (relMSE) in a clump of optical thickness 30, with 2 it is 0.6, with 1 2.5.
 const CELLS_PER_RADIUS: f64 = 2.5;
 /// Most cells along an axis of a level.
-const MOST_ALONG: f64 = 112.0;
+const MOST_ALONG: f64 = 192.0;
 /// Most cells of the finest level over listed particles.
-const MOST_CELLS: f64 = 160_000.0;
+const MOST_CELLS: f64 = 450_000.0;
 /// Cells of the coarsest level over listed particles, along its longest axis: few enough for light
 /// to cross it in a few steps.
 const COARSEST_ALONG: f64 = 9.0;
 /// Least number of cells of a field's level between base and top.
 const LEAST_LAYERS: f64 = 6.0;
+
+/// Words that a buffer of all lights may have: what WebGPU lets every device bind, 128 MiB.
+const MOST_WORDS: u64 = (128 << 20) / 4;
+/// By this the fineness goes down until the lights fit.
+const COARSER: f64 = 0.93;
 
 /// The levels of a grid, fine to coarse, and the point in the world that they are relative to.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +35,17 @@ pub struct Levels {
 }
 
 impl Levels {
+    /// Lights that the solution keeps: of all cells, and what flows along the rows of slanted planes, of
+    /// which there are up to twice as many as cells along a level.
+    pub fn lights(&self) -> u32 {
+        DIRECTIONS * (self.cells() + 2 * self.longest() * self.longest())
+    }
+
+    /// Columns of cells of all levels.
+    pub fn columns(&self) -> u32 {
+        self.levels.iter().map(|l| l.size[0] * l.size[2]).sum()
+    }
+
     /// Cells of all levels.
     pub fn cells(&self) -> u32 {
         self.levels.last().map_or(0, |l| l.size[3] + l.size[0] * l.size[1] * l.size[2])
@@ -61,6 +78,19 @@ impl Levels {
             cell: [u, v, w, 0.0],
             size: [nx, ny, nz, first],
         });
+    }
+}
+
+/// Levels as fine as this, or less fine where their lights, of so many words each, are more than a
+/// device must be able to bind.
+pub fn fitting(fineness: f64, words: u32, make: impl Fn(f64) -> Levels) -> Levels {
+    let mut fineness = fineness;
+    loop {
+        let levels = make(fineness);
+        if u64::from(words) * u64::from(levels.lights()) <= MOST_WORDS {
+            return levels;
+        }
+        fineness *= COARSER;
     }
 }
 

@@ -17,13 +17,19 @@ pub(super) const DIRECTIONS: u32 = 12;
 /// Planes of cells a workgroup of `sweep`; as in the shader.
 const SWEEP_PLANES: u32 = 32;
 
+/// Words of a cell's light along one direction: where nothing is absorbed, uniform light is not kept.
+pub(super) fn light_words(albedo: f64) -> u32 {
+    if albedo < 1.0 { 2 } else { 1 }
+}
+
 /// The pipelines, and the layout of what the blend reads.
 pub struct LightGridPass {
     pub(super) matter: Kernel,
     pub(super) solve: Kernel,
+    pub(super) ground: Kernel,
     pub(super) field: Kernel,
     /// Words of a cell's light along one direction.
-    pub(super) light_words: usize,
+    pub(super) light_words: u32,
     pub(super) spreads: wgpu::Buffer,
     layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
@@ -43,12 +49,12 @@ pub struct GridMedium<'a> {
 impl LightGridPass {
     /// Compiles the passes.
     pub fn new(gpu: &Gpu, library: &ShaderLibrary, medium: &GridMedium<'_>) -> Result<Self> {
-        let absorbing = medium.albedo < 1.0;
-        let defs: &[(&str, u32)] = if absorbing { &[("ABSORBING", 1)] } else { &[] };
-        let light_words = if absorbing { 2 } else { 1 };
+        let light_words = light_words(medium.albedo);
+        let defs: &[(&str, u32)] = if light_words > 1 { &[("ABSORBING", 1)] } else { &[] };
         let kernel = |file| Kernel::new(gpu, library, file, defs, &[]);
         let matter = kernel(crate::shader_file!("frame/light_grid_matter.wgsl"))?;
         let solve = kernel(crate::shader_file!("frame/light_grid.wgsl"))?;
+        let ground = kernel(crate::shader_file!("frame/light_ground.wgsl"))?;
         let field = kernel(crate::shader_file!("frame/light_field.wgsl"))?;
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
@@ -93,7 +99,7 @@ impl LightGridPass {
         });
         let spreads = buffers::storage_with(gpu, "spreads", &medium.spreads.0);
         let halo = buffers::storage_with(gpu, "halo", &medium.halo.factors);
-        Ok(Self { matter, solve, field, light_words, spreads, layout, sampler, halo })
+        Ok(Self { matter, solve, ground, field, light_words, spreads, layout, sampler, halo })
     }
 
     /// Layout of bind group 3 of passes that read the field.
@@ -168,6 +174,14 @@ impl LightGridPass {
             }
             dispatch("scatter", groups, 1);
             dispatch("sweep", planes, DIRECTIONS);
+        }
+        if work.solved {
+            let columns = inputs.levels.columns().div_ceil(WORKGROUP);
+            pass.set_bind_group(0, &job.ground, &[]);
+            for entry in ["fall", "rise"] {
+                pass.set_pipeline(self.ground.pipeline(entry));
+                pass.dispatch_workgroups(columns, 1, 1);
+            }
         }
     }
 

@@ -13,7 +13,7 @@ pub const MULTIPLE_SIZE: [u32; 2] = [32, 32];
 /// Sun's height; irradiance of the sky at the four wavelengths, of the sun in rgb, of the sky in rgb.
 pub const GROUND_SIZE: [u32; 2] = [128, 3];
 /// Altitude; sun, above, below.
-pub const ALTITUDE_SIZE: [u32; 2] = [64, 3];
+pub const ALTITUDE_SIZE: [u32; 2] = [64, 5];
 /// Azimuth, elevation.
 pub const VIEW_SIZE: [u32; 2] = [64, 192];
 /// Azimuth, elevation, distance.

@@ -142,16 +142,21 @@ fn noise_shapes_as_a_fine_march_has_them() {
         let chords = exact.chords(&ray, f64::INFINITY);
         let lit = exact.inputs.ray(dir);
         const STEP: f64 = 0.05;
-        let (mut depth, mut radiance) = (0.0f64, DVec3::ZERO);
+        let (mut depth, mut since_gap, mut radiance) = (0.0f64, 0.0, DVec3::ZERO);
         for i in 0..(1100.0 / STEP) as usize {
             let t = (i as f64 + 0.5) * STEP;
             let here = || chords.iter().filter(|c| (c.begin..c.end).contains(&t));
             let own = |chord: &Chord<'_>| STEP * chord.particle.extinction_at(ray.at(t));
             let tau: f64 = here().map(own).sum();
-            let piece = lit.piece(t - 0.5 * STEP, t + 0.5 * STEP, tau, 0.5, depth);
+            if here().next().is_none() {
+                since_gap = 0.0;
+            }
+            let before = Before { view: depth, since_gap };
+            let piece = lit.piece(t - 0.5 * STEP, t + 0.5 * STEP, tau, 0.5, before);
             let light: DVec3 = here().map(|chord| own(chord) * piece.source(&chord.light)).sum();
             radiance += (-depth - 0.5 * tau).exp() * light;
             depth += tau;
+            since_gap += tau;
         }
         let got = exact.clouds(dir, f64::INFINITY);
         // The march cuts ends of chords to its steps: a few times 0.05 m of 0.02 a metre.

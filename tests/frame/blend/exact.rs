@@ -2,6 +2,7 @@
 
 use crate::TABLES;
 use cumuli::frame::cpu::blend::Pixel;
+use cumuli::frame::cpu::lighting::Before;
 use cumuli::frame::cpu::segments::{Composed, compose as compose_segments};
 use cumuli::frame::gpu_data::{FrameUniforms, Particle};
 use cumuli::tables::optical_depth::volume::copy_for;
@@ -45,6 +46,7 @@ pub(super) fn integrate(pixel: &Pixel<'_>) -> Composed {
         .collect();
     let mut ends: Vec<f64> = chords.iter().flat_map(|(_, c)| [c.begin, c.end]).collect();
     ends.sort_by(f64::total_cmp);
+    let mut since_gap = 0.0;
     let mut sum = Composed { radiance: DVec3::ZERO, transmittance: 1.0, distance: 0.0 };
     for stretch in ends.windows(2) {
         let [from, to] = [stretch[0], stretch[1]];
@@ -53,6 +55,7 @@ pub(super) fn integrate(pixel: &Pixel<'_>) -> Composed {
         let count = ((to - from) / f64::from(smallest) * FINE).ceil().max(4.0);
         let step = (to - from) / count;
         if open.is_empty() || step <= 0.0 {
+            since_gap = if step > 0.0 { 0.0 } else { since_gap };
             continue;
         }
         for i in 0..count as usize {
@@ -69,7 +72,8 @@ pub(super) fn integrate(pixel: &Pixel<'_>) -> Composed {
                 })
                 .collect();
             let tau: f64 = matter.iter().sum();
-            let lit = ray.piece(begin, begin + step, tau, 0.5, 0.0);
+            let lit = ray.piece(begin, begin + step, tau, 0.5, Before { view: 0.0, since_gap });
+            since_gap += tau;
             let mut light = DVec3::ZERO;
             for ((_, chord), matter) in open.iter().zip(matter) {
                 light += matter * lit.source(&chord.light);

@@ -181,7 +181,7 @@ fn tables_of_the_air_agree_with_the_twin() {
             let sun_mu = f64::from(asked.sun_direction.y);
             rgb(match i / columns {
                 0 => sky.air().sunlight(h, sun_mu),
-                row => sky.air().hemisphere(h, sun_mu, row == 1),
+                row => sky.air().hemispheres(h, sun_mu)[row - 1],
             })
         },
         5,
