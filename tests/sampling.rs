@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use cumuli::medium::{Phase, Shape};
 use cumuli::reference::{
-    Filter, Lens, Medium, ParticleGrid, Points, Random, Ray, SunDisc, View, WorldParticle,
-    cosine_direction, first_collision, scatter, turned,
+    Filter, Lens, Lobes, Matter, Medium, ParticleGrid, Points, Random, Ray, SunDisc, View,
+    WorldParticle, cosine_direction, first_collision, scatter, turned,
 };
 use cumuli::scene::Camera;
 use glam::{DQuat, DVec3};
@@ -83,6 +83,7 @@ fn phase_functions() {
     ] {
         let phase: Phase = name.parse().expect("a phase function");
         let phase = phase.prepare();
+        let lobes = Lobes::new(&Matter { phase, albedo: 1.0 });
         let mut random = Random::new(1, 2, 3);
         // Cells that grow with the distance from both poles, where the lobes are:
         // 1 - cos = 2 h^6 resolves peaks of 1e-5.
@@ -111,6 +112,18 @@ fn phase_functions() {
             })
             .collect();
         chi_square(name, &counts, &over_azimuths(&rows, 8));
+        // The same function as a sum of lobes that are drawn one by one.
+        let counts = counted(
+            dir,
+            [ROWS, 8],
+            |d| to_height(d.dot(dir)),
+            || lobes.scatter(dir, &mut random).0,
+        );
+        chi_square(&format!("lobes of {name}"), &counts, &over_azimuths(&rows, 8));
+        for cos in [-1.0, -0.3, 0.5, 0.99, 1.0] {
+            let sum = lobes.broad_density(cos) + lobes.narrow_density(cos);
+            assert!((sum / phase.eval(cos) - 1.0).abs() < 1e-12, "{name} {cos}: {sum}");
+        }
     }
 }
 

@@ -35,8 +35,8 @@ pub struct BakeArgs {
     /// Steps of the least-squares solution of an optical depth table
     #[arg(long, value_name = "STEPS", default_value_t = OpticalDepthOptions::default().iterations)]
     iterations: usize,
-    /// Phase functions of the scattering tables, as in mie:20um,hg:0.85; Henyey-Greenstein is within 1 % up
-    /// to mean cosines of 0.95, either way, and beyond that a warning is printed
+    /// Phase functions of the scattering tables, as in mie:20um,hg:0.85; Henyey-Greenstein is known
+    /// to be within 1 % at mean cosines of 0 to 0.95, and for others a warning is printed
     #[arg(long, value_name = "PHASES", value_delimiter = ',', default_values_t = default_phases())]
     phase: Vec<Phase>,
     /// Single-scattering albedo of the scattering tables
@@ -64,19 +64,20 @@ pub struct BakeArgs {
     threads: Option<u16>,
 }
 
-/// Mean cosine of Henyey-Greenstein lobes up to which tables meet the targets of `verify`, as measured; the
-/// README has what becomes of narrower ones.
-const NARROWEST: f64 = 0.95;
+/// Mean cosines of Henyey-Greenstein lobes whose tables meet the targets of `verify`, as measured; the README
+/// has what becomes of narrower and of backward ones.
+const MEASURED: [f64; 2] = [0.0, 0.95];
 
-/// Tells of phase functions whose tables will miss the targets.
-fn warn_of_narrow_lobes(phases: &[Phase]) {
+/// Tells of phase functions whose tables may miss the targets.
+fn warn_of_other_lobes(phases: &[Phase]) {
+    let [least, most] = MEASURED;
     for phase in phases {
         if let Phase::Hg { g } = phase
-            && g.abs() > NARROWEST
+            && !(least..=most).contains(g)
         {
             eprintln!(
-                "warning: --phase {phase}: tables of Henyey-Greenstein lobes are within 1 % up to mean \
-                 cosines of {NARROWEST} and -{NARROWEST}; look at precompute verify"
+                "warning: --phase {phase}: tables of Henyey-Greenstein lobes are known to be within 1 % \
+                 at mean cosines of {least} to {most} only; look at precompute verify"
             );
         }
     }
@@ -141,7 +142,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     }
     distinct("--shapes", &args.shapes)?;
     distinct("--phase", &args.phase)?;
-    warn_of_narrow_lobes(&args.phase);
+    warn_of_other_lobes(&args.phase);
     let start = Instant::now();
     let options = BakeOptions {
         shapes: args.shapes.clone(),

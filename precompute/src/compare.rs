@@ -1,9 +1,12 @@
-//! `precompute compare`: ways to tabulate optical depth, at equal bytes, as a table of errors.
+//! `precompute compare`: ways to tabulate optical depth, at equal bytes, as a table of errors, and what
+//! their look-ups cost on the device.
 
 use clap::Args;
 use cumuli::cli::StageBar;
+use cumuli::gpu::Gpu;
 use cumuli::medium::{Shape, ShapeKind, ShapeSpec};
 use cumuli::tables::Progress;
+use cumuli::tables::optical_depth::chord_lookups::lookup_times;
 use cumuli::tables::optical_depth::compare::{Outcome, Way};
 use cumuli::tables::optical_depth::measure::{DepthErrors, central_matter, test_chords};
 use cumuli::{Error, Result};
@@ -25,6 +28,9 @@ pub struct CompareArgs {
     /// Random chords that errors are measured on
     #[arg(long, value_name = "CHORDS", default_value_t = 40_000)]
     chords: usize,
+    /// Only the errors: no device is asked what the look-ups cost
+    #[arg(long)]
+    no_gpu: bool,
 }
 
 /// Seed of the chords that errors are measured on.
@@ -69,6 +75,16 @@ pub fn run(args: &CompareArgs) -> Result<()> {
             bar.advance(1);
         }
         lines.push(String::new());
+    }
+    if let (false, Some(spec)) = (args.no_gpu, args.shapes.first()) {
+        let gpu = Gpu::headless()?;
+        let chords = test_chords(&Shape::new(*spec), args.chords, SEED);
+        lines.push(format!("Time of a look-up on {}\n", gpu.adapter.get_info().name));
+        lines.push("| way | ns a chord |".to_owned());
+        lines.push("|---|---|".to_owned());
+        for time in lookup_times(&gpu, &chords)? {
+            lines.push(format!("| {} | {:.1} |", time.name, time.nanoseconds));
+        }
     }
     drop(bar);
     lines.iter().try_for_each(|line| print(line))

@@ -11,7 +11,8 @@ use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::frame::{Picture, Preset};
 use crate::output::{check_file, check_folder, write_atomically, write_picture};
-use crate::stress::corners::{corners, large};
+use crate::stress::corners::corners;
+use crate::stress::large::large;
 use crate::stress::soak::{Moment, STEP, soak};
 use crate::stress::{Case, MEDIA, Row, Stress, random};
 
@@ -33,7 +34,7 @@ pub struct StressArgs {
     /// Quality; without it, high at the corners and any at random
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
-    /// The cases too that take gigabytes or minutes: a million particles, 8K
+    /// The cases too that take gigabytes or minutes: 8K, a row of 300,000, a million particles
     #[arg(long)]
     pub large: bool,
     /// In place of all cases: fly for so many seconds of the scene's time, a frame every two, and

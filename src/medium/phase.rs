@@ -109,6 +109,16 @@ impl PreparedPhase {
         (self.hg_g.abs() >= least).then_some(Self { draine_weight: 0.0, ..*self })
     }
 
+    /// The lobe of Draine alone, if there is one.
+    pub fn broad_lobe(&self) -> Option<Self> {
+        (self.draine_weight > 0.0).then_some(Self { draine_weight: 1.0, ..*self })
+    }
+
+    /// Share of scatterings that belong to the Henyey-Greenstein lobe.
+    pub fn narrow_share(&self) -> f64 {
+        1.0 - self.draine_weight
+    }
+
     /// Cosine of a random scattering angle; see [`Phase::sample`].
     pub fn sample(&self, u_lobe: f64, u_angle: f64) -> f64 {
         if u_lobe < self.draine_weight {

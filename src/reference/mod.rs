@@ -16,9 +16,11 @@ mod particles;
 mod points;
 mod published;
 mod random;
+mod sky_map;
 mod slab;
 mod speed;
 mod statistics;
+mod sunlight;
 mod transport;
 mod uniform_sky;
 mod view;
@@ -41,6 +43,7 @@ pub use random::Random;
 pub use slab::Slab;
 pub use speed::{Speed, speed};
 pub use statistics::{Estimate, Moments};
+pub use sunlight::Lobes;
 pub use transport::{
     Flight, Matter, Seen, Surroundings, cosine_direction, fly, look, radiance, scatter, turned,
 };

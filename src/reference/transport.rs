@@ -4,8 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::geometry::{Medium, Ray, first_collision, transmittance};
+use super::geometry::{Medium, Ray, first_collision};
 use super::random::Random;
+use super::sunlight::{Lobes, Towards};
 use crate::medium::PreparedPhase;
 
 /// What the medium's matter does to light that collides.
@@ -30,6 +31,11 @@ pub trait Surroundings: Sync {
     /// Light that the air adds on the way from the eye, and its transmittance, for a ray of the
     /// camera and a distance (m). Scattered paths ignore the air between clouds.
     fn air(&self, _ray: &Ray, _distance: f64) -> (DVec3, DVec3) {
+        (DVec3::ZERO, DVec3::ONE)
+    }
+
+    /// The same for a scattered path on its way to the ground.
+    fn air_below(&self, _ray: &Ray) -> (DVec3, DVec3) {
         (DVec3::ZERO, DVec3::ONE)
     }
 
@@ -76,8 +82,6 @@ pub fn fly(
     }
 }
 
-/// Mean cosine from which on a lobe is so narrow that paths are led to it.
-const NARROW: f64 = 0.9;
 /// Chance of a scattering to send a second path into the lobe around the sun.
 const SPLIT_CHANCE: f64 = 0.1;
 /// Throughput from which on a path is worth splitting.
@@ -87,14 +91,16 @@ const SPLIT_ABOVE: f64 = 0.05;
 struct Branch {
     ray: Ray,
     throughput: DVec3,
+    /// Whether it comes from a scattering, not from the eye.
+    scattered: bool,
 }
 
 /// The directions from which a narrow lobe scatters much sunlight towards the eye.
 ///
-/// Droplets scatter half of the light within a degree. A path that comes to travel within a degree
-/// of the sun by chance then gathers thousands of times what others do: most of the noise, and
-/// rare. So some scatterings send a second path there on purpose, and what both can find is shared
-/// by the balance heuristic (Veach and Guibas 1995), for one path and `SPLIT_CHANCE` of another.
+/// A path that has met nothing but a narrow lobe gathers thousands of times what others do once it
+/// travels within a degree of the sun: seen against a low sun, most of the noise. So some scatterings
+/// send a second path there on purpose, and what both can find is shared by the balance heuristic
+/// (Veach and Guibas 1995), for one path and `SPLIT_CHANCE` of another.
 struct Lobe {
     phase: PreparedPhase,
     towards: DVec3,
@@ -122,15 +128,16 @@ impl Lobe {
             let density = density(dir);
             if density > 0.0 {
                 let throughput = throughput * self.share(density, dir);
-                branches.push(Branch { ray: Ray { origin: point, dir }, throughput });
+                let ray = Ray { origin: point, dir };
+                branches.push(Branch { ray, throughput, scattered: true });
             }
         }
     }
 }
 
 /// Unbiased estimate of the radiance that arrives at the ray's origin from the medium and all
-/// that is behind it, given how the ray's first flight ended. Sunlight is gathered at every
-/// collision; the disc itself is never met.
+/// that is behind it, given how the ray's first flight ended. Sunlight is gathered at the
+/// collisions; the disc itself is never met.
 pub fn radiance(
     medium: &impl Medium,
     surroundings: &impl Surroundings,
@@ -139,102 +146,124 @@ pub fn radiance(
     flight: Flight,
     random: &mut Random,
 ) -> DVec3 {
+    let light = Light { medium, surroundings, matter, lobes: Lobes::new(matter) };
     let mut branches = Vec::new();
-    let first = Branch { ray, throughput: DVec3::ONE };
-    let mut sum = follow(medium, surroundings, matter, first, flight, random, &mut branches);
+    let first = Branch { ray, throughput: DVec3::ONE, scattered: false };
+    let mut sum = light.follow(first, flight, random, &mut branches);
     while let Some(branch) = branches.pop() {
         let flight = fly(medium, surroundings, &branch.ray, random);
-        sum += follow(medium, surroundings, matter, branch, flight, random, &mut branches);
+        sum += light.follow(branch, flight, random, &mut branches);
     }
     sum
 }
 
-/// Follows one path to its end; those that split off are added to `branches`.
-fn follow(
-    medium: &impl Medium,
-    surroundings: &impl Surroundings,
-    matter: &Matter,
-    Branch { mut ray, mut throughput }: Branch,
-    mut flight: Flight,
-    random: &mut Random,
-    branches: &mut Vec<Branch>,
-) -> DVec3 {
-    let mut sum = DVec3::ZERO;
-    let narrow = matter.phase.narrow_lobe(NARROW);
-    for collision in 0.. {
-        let sun;
-        match flight {
-            Flight::Escape => return sum + throughput * surroundings.sky(&ray),
-            Flight::Collision(t) => {
-                let point = ray.at(t);
-                throughput *= matter.albedo;
-                sun = surroundings.sun(point, random);
-                let before = ray.dir;
-                if let Some((towards, irradiance)) = sun {
-                    let phase = matter.phase.eval(before.dot(towards));
-                    let reached = sunlight(medium, surroundings, point, towards, random);
-                    sum += throughput * irradiance * (phase * reached);
+/// What paths lead through.
+struct Light<'a, M, S> {
+    medium: &'a M,
+    surroundings: &'a S,
+    matter: &'a Matter,
+    lobes: Lobes,
+}
+
+impl<M: Medium, S: Surroundings> Light<'_, M, S> {
+    /// Follows one path to its end; those that split off are added to `branches`.
+    fn follow(
+        &self,
+        Branch { mut ray, mut throughput, scattered }: Branch,
+        mut flight: Flight,
+        random: &mut Random,
+        branches: &mut Vec<Branch>,
+    ) -> DVec3 {
+        let Self { surroundings, matter, lobes, .. } = self;
+        let mut sum = DVec3::ZERO;
+        // As long as nothing is behind that gathers what narrow scatterings beyond it send: only then
+        // do the path's own ones count.
+        let mut straight = lobes.narrow().is_some();
+        for collision in 0.. {
+            let sun;
+            match flight {
+                Flight::Escape => return sum + throughput * surroundings.sky(&ray),
+                Flight::Collision(t) => {
+                    let (point, before) = (ray.at(t), ray.dir);
+                    throughput *= matter.albedo;
+                    sun = surroundings.sun(point, random);
+                    if let Some((sun, irradiance)) = sun {
+                        let (towards, carried) = (self.towards(sun), throughput.max_element());
+                        let density = |dir: DVec3| lobes.broad_density(before.dot(dir));
+                        let strength = density(sun) * carried;
+                        let mut light = towards.gather(point, density, strength, random);
+                        if straight {
+                            light += towards.straight(point, before, carried, random);
+                        }
+                        sum += throughput * irradiance * light;
+                    }
+                    let (dir, broad) = lobes.scatter(before, random);
+                    ray = Ray { origin: point, dir };
+                    if let Some(lobe) = self.lobe(sun, straight, throughput) {
+                        // Whichever lobe the path itself took.
+                        let density = |dir: DVec3| lobes.narrow_density(before.dot(dir));
+                        lobe.split(point, throughput, density, random, branches);
+                        if !broad {
+                            throughput *= lobe.share(density(dir), dir);
+                        }
+                    }
+                    straight &= !broad;
                 }
-                ray = Ray { origin: point, dir: scatter(&matter.phase, before, random) };
-                if let Some(lobe) = lobe(narrow, sun, throughput) {
-                    let density = |dir: DVec3| matter.phase.eval(before.dot(dir));
-                    lobe.split(point, throughput, density, random, branches);
-                    throughput *= lobe.share(density(ray.dir), ray.dir);
-                }
-            }
-            Flight::Ground(t) => {
-                let (albedo, normal) = surroundings.ground_at(ray.at(t));
-                let point = ray.at(t) + normal * (GROUND_OFFSET * t.max(1.0));
-                throughput *= albedo;
-                sun = surroundings.sun(point, random);
-                if let Some((towards, irradiance)) = sun {
-                    let cosine = normal.dot(towards);
-                    if cosine > 0.0 {
-                        let reached = sunlight(medium, surroundings, point, towards, random);
-                        sum += throughput * irradiance * (cosine / PI * reached);
+                Flight::Ground(t) => {
+                    if scattered || collision > 0 {
+                        let (added, passed) = surroundings.air_below(&ray);
+                        sum += throughput * added;
+                        throughput *= passed;
+                    }
+                    let (albedo, normal) = surroundings.ground_at(ray.at(t));
+                    let point = ray.at(t) + normal * (GROUND_OFFSET * t.max(1.0));
+                    throughput *= albedo;
+                    sun = surroundings.sun(point, random);
+                    let density = |dir: DVec3| normal.dot(dir).max(0.0) / PI;
+                    if let Some((sun, irradiance)) = sun {
+                        let strength = throughput.max_element() / PI;
+                        let light = self.towards(sun).gather(point, density, strength, random);
+                        sum += throughput * irradiance * light;
+                    }
+                    ray = Ray { origin: point, dir: cosine_direction(normal, random) };
+                    straight &= !lobes.are_apart();
+                    if let Some(lobe) = self.lobe(sun, straight, throughput) {
+                        lobe.split(point, throughput, density, random, branches);
+                        throughput *= lobe.share(density(ray.dir), ray.dir);
                     }
                 }
-                ray = Ray { origin: point, dir: cosine_direction(normal, random) };
-                if let Some(lobe) = lobe(narrow, sun, throughput) {
-                    let density = |dir: DVec3| normal.dot(dir).max(0.0) / PI;
-                    lobe.split(point, throughput, density, random, branches);
-                    throughput *= lobe.share(density(ray.dir), ray.dir);
+            }
+            let ahead = sun.map_or(0.0, |(sun, _)| lobes.density(ray.dir.dot(sun), straight));
+            let survival = survival(throughput, ahead, collision);
+            if survival < 1.0 {
+                if random.unit() >= survival {
+                    return sum;
                 }
+                throughput /= survival;
             }
+            flight = fly(self.medium, *surroundings, &ray, random);
         }
-        let survival = survival(matter, throughput, &ray, sun, collision);
-        if survival < 1.0 {
-            if random.unit() >= survival {
-                return sum;
-            }
-            throughput /= survival;
-        }
-        flight = fly(medium, surroundings, &ray, random);
+        sum
     }
-    sum
-}
 
-fn lobe(
-    narrow: Option<PreparedPhase>,
-    sun: Option<(DVec3, DVec3)>,
-    throughput: DVec3,
-) -> Option<Lobe> {
-    let ((towards, _), phase) = (sun?, narrow?);
-    (throughput.max_element() >= SPLIT_ABOVE).then_some(Lobe { phase, towards })
+    fn towards(&self, sun: DVec3) -> Towards<'_, M, S> {
+        let Self { medium, surroundings, lobes, .. } = self;
+        Towards { medium, surroundings, lobes, sun }
+    }
+
+    /// Where to send a second path; none where there is no sun, no narrow lobe whose scatterings
+    /// count, or little left of the path.
+    fn lobe(&self, sun: Option<(DVec3, DVec3)>, straight: bool, throughput: DVec3) -> Option<Lobe> {
+        let ((towards, _), phase) = (sun?, *self.lobes.narrow()?);
+        let worth = straight && throughput.max_element() >= SPLIT_ABOVE;
+        worth.then_some(Lobe { phase, towards })
+    }
 }
 
 /// Chance of a path to go on: by what it still carries, more of it where the next collision may
-/// send much of the sun's light along it, and gently after very many collisions.
-fn survival(
-    matter: &Matter,
-    throughput: DVec3,
-    ray: &Ray,
-    sun: Option<(DVec3, DVec3)>,
-    collision: u32,
-) -> f64 {
-    let ahead = sun
-        .map_or(1.0, |(towards, _)| (4.0 * PI * matter.phase.eval(ray.dir.dot(towards))).max(1.0));
-    let strength = throughput.max_element() * ahead;
+/// send much of the sun's light along it (`ahead`, 1/sr), and gently after very many collisions.
+fn survival(throughput: DVec3, ahead: f64, collision: u32) -> f64 {
+    let strength = throughput.max_element() * (4.0 * PI * ahead).max(1.0);
     let most = if collision > COLLISIONS_BEFORE_ROULETTE { 0.99 } else { 1.0 };
     strength.min(most)
 }
@@ -268,21 +297,6 @@ pub fn look(
     let (added, passed) = surroundings.air(&ray, distance);
     let radiance = light * passed + added;
     Seen { radiance, transmittance }
-}
-
-/// Share of the sunlight that reaches a point.
-fn sunlight(
-    medium: &impl Medium,
-    surroundings: &impl Surroundings,
-    point: DVec3,
-    towards: DVec3,
-    random: &mut Random,
-) -> f64 {
-    let ray = Ray { origin: point, dir: towards };
-    if surroundings.ground(&ray).is_some() {
-        return 0.0;
-    }
-    transmittance(medium, &ray, f64::INFINITY, random)
 }
 
 /// A new direction of travel, drawn from the phase function.

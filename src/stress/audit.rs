@@ -3,7 +3,7 @@
 use half::f16;
 use serde::Serialize;
 
-use super::rules::{Float, Rule, SHARE_ROUNDING, rule};
+use super::rules::{Float, NODE_ROUNDING, NODES, Rule, SHARE_ROUNDING, rule};
 use crate::error::{Error, Result};
 use crate::frame::renderer::sky_inputs;
 use crate::frame::sky::gpu_data::SkyUniforms;
@@ -22,13 +22,43 @@ pub struct Audit {
     pub infinite: u64,
     /// Negative where only positive numbers have a meaning, radiance above all.
     pub negative: u64,
-    /// Transmittances and other shares outside of 0 to 1.
+    /// Transmittances and other shares outside of 0 to 1, and nodes of shadow maps that lie before the
+    /// node before them.
     pub outside: u64,
     /// The first of all these.
     pub first: Option<String>,
 }
 
 impl Audit {
+    /// Adds what was found elsewhere.
+    pub fn add(&mut self, other: Self) {
+        self.numbers += other.numbers;
+        self.nan += other.nan;
+        self.infinite += other.infinite;
+        self.negative += other.negative;
+        self.outside += other.outside;
+        self.first = self.first.take().or(other.first);
+    }
+
+    /// Nodes of a shadow map's texel, two a word, must follow each other.
+    fn nodes(&mut self, words: &[u32], place: impl Fn() -> String) {
+        let node = |i: usize| i64::from(words[i / 2] >> (16 * (i % 2)) & 0xffff);
+        self.numbers += NODES as u64;
+        for i in 1..NODES {
+            if node(i) < node(i - 1) - NODE_ROUNDING {
+                self.outside += 1;
+                self.first.get_or_insert_with(|| {
+                    format!(
+                        "{} node {i} at {} lies before the last at {}",
+                        place(),
+                        node(i),
+                        node(i - 1)
+                    )
+                });
+            }
+        }
+    }
+
     fn take(&mut self, value: f32, float: Float, place: impl FnOnce() -> String) {
         self.numbers += 1;
         let (count, what) = if value.is_nan() {
@@ -69,11 +99,16 @@ impl Audit {
         for (index, element) in words.chunks_exact(values.stride / 4).enumerate() {
             for (leaf, rule) in &checked {
                 let first = leaf.offset / 4;
+                if *rule == Rule::Nodes {
+                    let texel = &element[first..first + leaf.components];
+                    self.nodes(texel, || format!("{}[{index}]:", leaf.name));
+                    continue;
+                }
                 for (component, word) in element[first..first + leaf.components].iter().enumerate()
                 {
                     let place = || format!("{}[{index}], number {component},", leaf.name);
                     match rule {
-                        Rule::Whole => {}
+                        Rule::Whole | Rule::Nodes => {}
                         Rule::Floats(floats) => {
                             self.take(f32::from_bits(*word), floats[component.min(3)], place);
                         }
@@ -172,5 +207,20 @@ mod tests {
         let (numbers, nan, infinite, negative, outside) = (8, 1, 1, 1, 2);
         let first = Some("first is negative: -1e0".to_owned());
         assert_eq!(audit, Audit { numbers, nan, infinite, negative, outside, first });
+    }
+
+    #[test]
+    fn nodes_must_not_fall() {
+        let word = |low: u32, high: u32| low | (high << 16);
+        let mut audit = Audit::default();
+        // Two that round to each other, and the eighth number, which is none.
+        audit.nodes(&[word(5, 4), word(9, 9), word(10, 700), word(65535, 3)], String::new);
+        assert_eq!(audit, Audit { numbers: 7, ..Audit::default() });
+        audit.nodes(&[word(5, 9), word(7, 9), word(10, 11), word(12, 3)], || "texel".to_owned());
+        let first = Some("texel node 2 at 7 lies before the last at 9".to_owned());
+        assert_eq!(audit, Audit { numbers: 14, outside: 1, first, ..Audit::default() });
+        let mut sum = Audit { numbers: 1, nan: 2, ..Audit::default() };
+        sum.add(audit.clone());
+        assert_eq!(sum, Audit { numbers: 15, nan: 2, ..audit });
     }
 }

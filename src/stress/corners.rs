@@ -2,13 +2,13 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{Case, MEDIA};
+use super::{Case, MEDIA, Way, live};
 use crate::frame::Preset;
 use crate::medium::Phase;
 use crate::scene::{Camera, CloudField, Ground, Medium, ParticleSpec, Scene, Sky};
 
 /// A noise shape of the built-in tables.
-const NOISE: &str = "pyroclastic-1";
+pub(super) const NOISE: &str = "pyroclastic-1";
 /// Distance of the eye in most cases, m.
 const AWAY: f64 = 300.0;
 
@@ -26,7 +26,7 @@ pub(super) fn particle(centre: DVec3, radius: f64, extinction: f64, shape: &str)
 }
 
 /// Particles under a uniform sky and the sun, from `eye` towards the origin.
-fn space(eye: DVec3, particles: Vec<ParticleSpec>) -> Scene {
+pub(super) fn space(eye: DVec3, particles: Vec<ParticleSpec>) -> Scene {
     let mut scene = Scene { sky: Sky::Uniform { radiance: 0.05 }, particles, ..Scene::default() };
     scene.sun.direction = DVec3::new(0.48, 0.64, 0.6);
     scene.camera = Camera { position: eye, target: DVec3::ZERO, fov_x: 50.0, ..scene.camera };
@@ -34,7 +34,7 @@ fn space(eye: DVec3, particles: Vec<ParticleSpec>) -> Scene {
 }
 
 /// Overlapping particles of both kinds around a point.
-fn clump(origin: DVec3) -> Scene {
+pub(super) fn clump(origin: DVec3) -> Scene {
     let particles = (0..12u32)
         .map(|number| {
             let i = f64::from(number);
@@ -70,38 +70,15 @@ pub fn corners(size: [u32; 2], preset: Preset) -> Vec<Case> {
     c.skies();
     c.numbers();
     c.media();
-    c.cases
-}
-
-/// Cases that take gigabytes or minutes.
-pub fn large() -> Vec<Case> {
-    let mut c = Corners { size: [64, 36], preset: Preset::High, cases: Vec::new() };
-    c.add("a million particles", million());
-    let mut scene = clump(DVec3::new(0.0, 800.0, 0.0));
-    scene.sky = Sky::Atmosphere;
-    c.add("8K", scene);
-    if let Some(case) = c.cases.last_mut() {
-        (case.size, case.preset) = ([7680, 4320], Preset::Low);
-    }
-    c.cases
-}
-
-fn million() -> Scene {
-    let side = 100;
-    let place = |i: u32, step: u32| f64::from(i / step % side) - 0.5 * f64::from(side);
-    let particles = (0..side * side * side)
-        .map(|i| {
-            let centre = 20.0 * DVec3::new(place(i, 1), place(i, side), place(i, side * side));
-            particle(centre, 12.0, 1e-3, if i % 3 == 0 { NOISE } else { "uniform" })
-        })
-        .collect();
-    space(DVec3::new(900.0, 1200.0, 2400.0), particles)
+    let live = live::corners(&c.cases, size);
+    c.cases.into_iter().chain(live).collect()
 }
 
 impl Corners {
     fn add(&mut self, name: impl Into<String>, scene: Scene) {
         let (name, size, preset) = (name.into(), self.size, self.preset);
-        self.cases.push(Case { name, scene, time: 0.0, size, preset });
+        let (time, way, like) = (0.0, Way::Alone, None);
+        self.cases.push(Case { name, scene, time, size, preset, way, like });
     }
 
     /// From nothing to stone, from a drop to a continent.

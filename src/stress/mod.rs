@@ -10,6 +10,8 @@ pub mod beyond;
 pub mod composed;
 pub mod corners;
 pub mod energy;
+pub mod large;
+mod live;
 pub mod random;
 pub mod rules;
 pub mod soak;
@@ -40,6 +42,20 @@ pub struct Case {
     pub size: [u32; 2],
     /// Quality.
     pub preset: Preset,
+    /// How the frame comes about.
+    pub way: Way,
+    /// Other particles for the same picture, where the case has too many to be composed exactly.
+    pub like: Option<Box<Scene>>,
+}
+
+/// How a case's frame comes about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Way {
+    /// By itself.
+    #[default]
+    Alone,
+    /// As in a window: pixels are taken over from the frames before, the light grid is made in slices.
+    Live,
 }
 
 /// What became of a case.
@@ -123,6 +139,7 @@ pub struct Stress {
 pub struct Made {
     medium: Medium,
     preset: Preset,
+    way: Way,
     /// The renderer.
     pub renderer: Renderer,
     /// Of the medium.
@@ -162,16 +179,18 @@ impl Stress {
 
     /// A renderer for a case: the last one where it fits.
     pub fn made(&mut self, case: &Case) -> Result<&mut Made> {
-        let (medium, preset) = (case.scene.medium, case.preset);
-        let kept = self.made.take().filter(|m| m.medium == medium && m.preset == preset);
+        let (medium, preset, way) = (case.scene.medium, case.preset, case.way);
+        let fits = |m: &Made| m.medium == medium && m.preset == preset && m.way == way;
+        let kept = self.made.take().filter(fits);
         let made = match kept {
             Some(made) => made,
             None => {
-                let settings = RenderSettings { preset, ..Default::default() };
+                let live = way == Way::Live;
+                let settings = RenderSettings { preset, live, ..Default::default() };
                 let renderer = Renderer::new(&self.gpu, &self.tables, &case.scene, &settings)?;
                 let truncation = Truncation::new(&medium.phase);
                 let halo = Halo::new(&medium.phase, &truncation);
-                Made { medium, preset, renderer, truncation, halo }
+                Made { medium, preset, way, renderer, truncation, halo }
             }
         };
         Ok(self.made.insert(made))
@@ -197,16 +216,57 @@ impl Stress {
     }
 
     fn judge(&mut self, case: &Case, row: &mut Row) -> Result<Picture> {
-        let picture = self.made(case)?.renderer.render(&case.scene, case.time, case.size)?;
+        if case.way == Way::Live {
+            self.fly(case, row)?;
+        }
+        let like = case.like.as_ref().map(|like| self.frame(case, like, case.time)).transpose()?;
+        let picture = self.frame(case, &case.scene, case.time)?;
         row.particles = picture.stats.counters.particles_generated;
-        row.audit = audit::audit(&self.gpu, &case.scene)?;
+        self.look_at(&case.scene, &picture, row)?;
         if let Some(made) = &self.made {
             let energy = Energy::new(&case.scene, made);
-            row.energy = energy.largest(&case.scene, &picture);
-            let scene = composed::Composed { made, tables: &self.tables, energy: &energy };
-            row.composed = scene.difference(case, &picture, &mut self.air)?;
+            row.composed = match like {
+                Some(like) => Some(composed::like(&picture, &like)),
+                None => composed::Composed { made, tables: &self.tables, energy: &energy }
+                    .difference(case, &picture, &mut self.air)?,
+            };
         }
         Ok(picture)
+    }
+
+    /// A frame that is finished.
+    fn frame(&mut self, case: &Case, scene: &Scene, time: f64) -> Result<Picture> {
+        let renderer = &mut self.made(case)?.renderer;
+        for _ in 0..live::MOST_FRAMES {
+            let picture = renderer.render(scene, time, case.size)?;
+            if !picture.stats.unfinished {
+                return Ok(picture);
+            }
+        }
+        Err(Error::Failed(format!("not finished after {} frames at rest", live::MOST_FRAMES)))
+    }
+
+    /// The frames before that of a case: each is judged like one that stays.
+    fn fly(&mut self, case: &Case, row: &mut Row) -> Result<()> {
+        self.made(case)?.renderer.forget();
+        for (scene, time) in live::way(case) {
+            let picture = self.made(case)?.renderer.render(&scene, time, case.size)?;
+            self.look_at(&scene, &picture, row)?;
+        }
+        Ok(())
+    }
+
+    /// Judges all numbers of the last frame.
+    fn look_at(&self, scene: &Scene, picture: &Picture, row: &mut Row) -> Result<()> {
+        row.audit.add(audit::audit(&self.gpu, scene)?);
+        if let Some(made) = &self.made {
+            let energy = Energy::new(scene, made).largest(scene, picture);
+            // NaN stays.
+            if energy > row.energy || energy.is_nan() {
+                row.energy = energy;
+            }
+        }
+        Ok(())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{Case, MEDIA};
+use super::{Case, MEDIA, Way};
 use crate::frame::Preset;
 use crate::reference::Random;
 use crate::scene::limits::{self, Range};
@@ -13,6 +13,10 @@ use crate::tables::TableSet;
 const LEAST: f64 = 1e-12;
 /// Scenes in a row of the same medium: each needs a renderer of its own.
 const SAME_MEDIUM: u64 = 64;
+/// Scenes in a row that come about the same way: it needs a renderer of its own too.
+const SAME_WAY: u64 = 16;
+/// One in so many of these is made as in a window, which takes up to a hundred frames.
+const LIVE: f64 = 4.0;
 /// Most particles of a scene.
 const MOST_PARTICLES: f64 = 200.0;
 
@@ -38,7 +42,10 @@ pub fn case(
     let mut draw = Draw { random: Random::new(seed, 2, number), tables };
     let scene = draw.scene(Medium { phase, albedo });
     let time = if draw.one_in(4.0) { 0.0 } else { draw.signed(1e-3, limits::TIME.most) };
-    Case { name: format!("random {seed}:{number}"), scene, time, size, preset }
+    let mut ways = Random::new(seed, 3, number / SAME_WAY);
+    let way = if ways.unit() * LIVE < 1.0 { Way::Live } else { Way::Alone };
+    let like = None;
+    Case { name: format!("random {seed}:{number}"), scene, time, size, preset, way, like }
 }
 
 impl Draw<'_> {

@@ -22,6 +22,9 @@ pub enum Rule {
     Floats([Float; 4]),
     /// Words of two 16-bit floats.
     Halves(Float),
+    /// A texel of a deep shadow map: places of [`NODES`] nodes along the sun's ray, 16 bits each, and one
+    /// number more, which may be any.
+    Nodes,
 }
 
 use Float::{Any, NotNegative, Share};
@@ -34,6 +37,12 @@ const COLOUR_AND_SHARE: Rule = Rule::Floats([NotNegative, NotNegative, NotNegati
 
 /// Shares that are sums of products of rounded weights pass 1 by some steps of f32.
 pub const SHARE_ROUNDING: f32 = 8.0 * f32::EPSILON;
+
+/// Nodes of a texel of a shadow map.
+pub const NODES: usize = 7;
+/// By so many steps of 16 bits a node may lie before the last: both are rounded, from places that f32
+/// rounds too.
+pub const NODE_ROUNDING: i64 = 1;
 
 /// Floats.
 pub const FLOATS: &[(&str, Rule)] = &[
@@ -113,7 +122,13 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("light_field.shares", POSITIVE),
     ("GridStage.relaxation", POSITIVE),
     ("light_field.lights", Rule::Halves(NotNegative)),
-    // Textures.
+    // Bound to the passes that read it as whole words, too.
+    ("shadow.texels", Rule::Nodes),
+    ("ReuseUniforms.right", ANY),
+    ("ReuseUniforms.up", ANY),
+    ("ReuseUniforms.forward", ANY),
+    ("ReuseUniforms.motion", ANY),
+    // Textures. What reuse writes are the blend's own.
     ("sky_depth.table", POSITIVE),
     ("sky_multiple.table", POSITIVE),
     ("sky_ground.table", POSITIVE),
@@ -224,7 +239,6 @@ pub const WHOLE: &[&str] = &[
     "light.order",
     "shadow.tile_offsets",
     "shadow.tile_entries",
-    "shadow.texels",
     "blend.shadow_texels",
     "resolve.shadow_texels",
     "blend.tile_offsets",

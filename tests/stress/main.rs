@@ -9,7 +9,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use cumuli::frame::Preset;
 use cumuli::stress::beyond::beyond;
 use cumuli::stress::corners::corners;
-use cumuli::stress::{Case, MEDIA, Row, Stress, random};
+use cumuli::stress::{Case, MEDIA, Row, Stress, Way, random};
 
 /// Two tiles across and up, so that borders of tiles are in it.
 const SIZE: [u32; 2] = [16, 9];
@@ -106,6 +106,8 @@ fn the_renderer_refuses_what_is_beyond_the_limits() {
             time: beyond.time,
             size: SIZE,
             preset: Preset::Low,
+            way: Way::Alone,
+            like: None,
         };
         let renderer = &mut stress.made(&first).expect("a renderer").renderer;
         let refused = renderer.render(&case.scene, case.time, SIZE).expect_err(beyond.field);

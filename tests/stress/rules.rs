@@ -8,7 +8,7 @@ use cumuli::medium::Phase;
 use cumuli::scene::Medium;
 use cumuli::stress::corners::corners;
 use cumuli::stress::rules::{FLOATS, WHOLE, rule};
-use cumuli::stress::{MEDIA, Stress};
+use cumuli::stress::{Case, MEDIA, Stress, Way};
 
 use crate::{SIZE, alone};
 
@@ -17,12 +17,14 @@ fn every_number_has_a_rule_and_every_rule_a_number() {
     let _turn = alone();
     let mut stress = Stress::new(&MEDIA).expect("a device and tables");
     let mut found = BTreeSet::new();
-    // A field and listed particles; and a medium that absorbs, which has other shaders.
+    // A field and listed particles; and a medium that absorbs, which has other shaders; and pixels that are
+    // taken over.
     let mut cases = corners(SIZE, Preset::Low);
     cases.retain(|case| case.name == "a giant over a field");
     let mut absorbing = cases[0].clone();
     absorbing.scene.medium = Medium { phase: Phase::Hg { g: -0.5 }, albedo: 0.5 };
-    cases.push(absorbing);
+    let live = Case { way: Way::Live, ..cases[0].clone() };
+    cases.extend([absorbing, live]);
     for case in &cases {
         stress.run(case);
         let watch = stress.gpu().watch().expect("a device that is watched");

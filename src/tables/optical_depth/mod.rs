@@ -15,7 +15,8 @@
 //! - [`fit`]: least squares to random chords, weighted by what an error does to the transmittance;
 //! - [`encoding`]: the square root of the mean density, in 10 bits like the two places. Thin
 //!   chords, where transmittance is sensitive, get the finer steps and the straighter curves;
-//! - [`volume`]: filtered copies of the density, for distant particles.
+//! - [`volume`]: filtered copies of the density, for distant particles;
+//! - [`chord_lookups`]: what each way costs on a device.
 //!
 //! Tried without success, at central optical depth 10 and equal bytes. Interpolating between
 //! directions along the line through the middle of a chord's matter in place of the middle of the
@@ -29,6 +30,7 @@
 
 pub mod alternatives;
 pub mod bake;
+pub mod chord_lookups;
 pub mod compare;
 #[cfg(test)]
 mod distant_tests;
