@@ -90,7 +90,8 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             far = select(FAR, ground, ground >= 0.0);
         }
         var cursor = 0.0;     // m, everything before it is composed
-        var since_gap = 0.0;  // optical depth since the last place without particles
+        // Optical depth since the last place without particles between blocks; gaps within one do not count.
+        var since_gap = 0.0;
         var field = vec4(0.0);
         var field_at = -1.0;  // m, where `field` is the light field
         // A particle is the smallest in no more blocks than its diameter is long, and the two at

@@ -1,6 +1,8 @@
 // Light ground: how much of the light of sun and sky reaches the ground through the clouds, and how
-// much of the ground's light that leaves for the columns of cells above it. `fall` follows what leaves
-// the lowest cells; `rise` gathers it as a cloud in the middle of a column sees it.
+// much of the ground's light that leaves for the columns of cells above it. `fall` takes the mean light
+// of the lowest cells, which are nearly empty, and the beam that leaves them; `rise` gathers it as a cloud in
+// the middle of a column sees it. The beam goes on from the height of the column's own level, also where it
+// comes from a level whose lowest cells lie elsewhere.
 // Twin: src/frame/cpu/light_grid/ground.rs.
 //
 // Workgroup contract: one invocation owns one column of cells of one level. `rise` reads what `fall`

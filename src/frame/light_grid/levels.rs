@@ -83,6 +83,7 @@ impl Levels {
 
 /// Levels as fine as this, or less fine where their lights, of so many words each, are more than a
 /// device must be able to bind.
+/// In a medium that absorbs, lights have two words: there preset ultra gets the cells of high.
 pub fn fitting(fineness: f64, words: u32, make: impl Fn(f64) -> Levels) -> Levels {
     let mut fineness = fineness;
     loop {

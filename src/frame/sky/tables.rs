@@ -12,7 +12,7 @@ pub const DEPTH_SIZE: [u32; 2] = [256, 64];
 pub const MULTIPLE_SIZE: [u32; 2] = [32, 32];
 /// Sun's height; irradiance of the sky at the four wavelengths, of the sun in rgb, of the sky in rgb.
 pub const GROUND_SIZE: [u32; 2] = [128, 3];
-/// Altitude; sun, above, below.
+/// Altitude; sun, above, below: air, ground lit by the sun, by the sky.
 pub const ALTITUDE_SIZE: [u32; 2] = [64, 5];
 /// Azimuth, elevation.
 pub const VIEW_SIZE: [u32; 2] = [64, 192];
