@@ -163,17 +163,17 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 let bin_tau = particles[index].extinction * step;
                 var low_tau = bin_tau * (low_last - low_first);
                 var high_tau = bin_tau * (high_last - high_first);
+                let optical_radius = particles[index].optical_radius;
                 let shape = particles[index].shape;
                 if shape != 0u {
                     let turn = particles[index].orientation;
                     let along = rotate(turn, dir) * (step / radius);
-                    let copy = copy_for(radius * pixels_per_radian / max(length(centre), radius));
+                    let copy = copy_for(radius * pixels_per_radian / max(length(centre), radius), optical_radius);
                     let march = march_from(shape, rotate(turn, a_place) - first * along, along, copy);
                     low_tau *= densities(march, 0.5 * (low_first + low_last), low_last > low_first);
                     high_tau *= densities(march, 0.5 * (high_first + high_last), high_last > high_first);
                     lookups += u32(ceil(last) - floor(first));
                 }
-                let optical_radius = particles[index].optical_radius;
                 let below = lights[index].ambient_below;
                 let alone = below.w;
                 if alone > 0.0 {
@@ -231,7 +231,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                         let own = select(own_low[i], own_high[i], high) * own_share(since_gap, tau, frame.delta_scale);
                         sunlight += weight * (lit + seen.x * select(crowded_low[i], crowded_high[i], high) + own);
                         above += weight * tau * seen.y;
-                        below += weight * tau * (seen.z - seen.y);
+                        below += weight * tau * max(seen.z - seen.y, 0.0);
                         // Not its middle: a dense bin is seen at its near end.
                         distance_sum += weight * tau * (begin + (f32(bin) + within) * step);
                         transmittance *= exp(-tau);

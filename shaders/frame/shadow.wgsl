@@ -174,7 +174,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
                 let turn = particles[index].orientation;
                 let along = rotate(turn, -towards) * (step / radius);
                 let start = rotate(turn, (origin - begin * towards - centre) / radius);
-                let m = march_from(shape, start, along, copy_for(radius / texel));
+                let m = march_from(shape, start, along, copy_for(radius / texel, particles[index].optical_radius));
                 low_tau *= densities(m, 0.5 * (low_first + low_last), low_last > low_first);
                 high_tau *= densities(m, 0.5 * (high_first + high_last), high_last > high_first);
             }
@@ -223,7 +223,14 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
     }
     let eighth_share = saturate((eighth - maps.nearest) / maps.reach);
     let rest = select(0.5 + 0.5 * exp(-depth), min(0.5 * eighth_share, DEEP), depth > NODES_HIGH.z);
-    let low_share = saturate((low_nodes - maps.nearest) / maps.reach);
-    let high_share = saturate((high_nodes - maps.nearest) / maps.reach);
+    var low_share = saturate((low_nodes - maps.nearest) / maps.reach);
+    var high_share = saturate((high_nodes - maps.nearest) / maps.reach);
+    // None before the last: far from the eye f32 rounds places by more than a step of 16 bits.
+    low_share.y = max(low_share.x, low_share.y);
+    low_share.z = max(low_share.y, low_share.z);
+    low_share.w = max(low_share.z, low_share.w);
+    high_share.x = max(low_share.w, high_share.x);
+    high_share.y = max(high_share.x, high_share.y);
+    high_share.z = max(high_share.y, high_share.z);
     return ShadowNodes(low_share, vec4(high_share, rest));
 }
