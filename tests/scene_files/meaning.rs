@@ -73,6 +73,7 @@ fn every_field_is_read() {
             wind: DVec3::new(1.0, -2.0, 3.0),
             evolution_time: 600.0,
             shapes: vec!["uniform".to_owned(), "pyroclastic-3".to_owned()],
+            weather: None,
         }),
         exposure: -1.5,
     };
@@ -110,6 +111,7 @@ fn what_is_left_out_has_its_default() {
         wind: DVec3::new(5.0, 0.0, 0.0),
         evolution_time: 900.0,
         shapes: Vec::new(),
+        weather: None,
     };
     assert_eq!(field, Some(expected));
 }
