@@ -172,7 +172,10 @@ impl WeatherImage {
 
     fn read(mut source: impl BufRead + Seek, channels: &[Channel]) -> Told<Self> {
         let size = size_of(&mut source)?;
-        source.seek(SeekFrom::Start(0)).map_err(|e| format!("cannot be read ({e}), {EXPECTED}"))?;
+        let unreadable = |e: std::io::Error| format!("cannot be read ({e}), {EXPECTED}");
+        source.seek(SeekFrom::Start(SIGNATURE.len() as u64)).map_err(unreadable)?;
+        check_palette(&mut source)?;
+        source.rewind().map_err(unreadable)?;
         let most = limits::MOST_MAP_SIDE;
         let mut bounds = Limits::default();
         bounds.max_image_width = Some(most);
@@ -272,6 +275,34 @@ fn size_of(source: &mut impl Read) -> Told<[u32; 2]> {
         return Err(format!("is {width} x {height} pixels, expected 1 to {most} a side"));
     }
     Ok(size)
+}
+
+/// Refuses palettes with a part of a colour or too many: the decoder (png 0.18.1) panics at them. From the first
+/// chunk on, to the first of pixels; what is wrong with chunks themselves the decoder tells.
+fn check_palette(source: &mut impl Read) -> Told<()> {
+    const BYTES_A_COLOUR: u32 = 3;
+    const MOST_BYTES: u32 = 256 * BYTES_A_COLOUR;
+    const CHECKSUM: u64 = 4;
+    let mut head = [0; 8];
+    while source.read_exact(&mut head).is_ok() {
+        let [a, b, c, d, name @ ..] = head;
+        let length = u32::from_be_bytes([a, b, c, d]);
+        if name == *b"IDAT" {
+            break;
+        }
+        let sound = length.is_multiple_of(BYTES_A_COLOUR) && length <= MOST_BYTES;
+        if name == *b"PLTE" && !sound {
+            return Err(format!(
+                "is no sound PNG image: its palette has {length} bytes, expected 3 for each of at \
+                 most 256 colours"
+            ));
+        }
+        let rest = u64::from(length) + CHECKSUM;
+        if std::io::copy(&mut source.take(rest), &mut std::io::sink()).is_err() {
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// A texel of what each channel of a pixel means.

@@ -38,7 +38,7 @@ fn grey_alpha_and_sixteen_bits() {
     let grey = png([1, 2], ExtendedColorType::L8, &[0, 200]);
     assert_eq!(
         read(&grey, &coverage).expect("a map").texels(),
-        [0xffff << 16, 0xffff << 16 | 200 * 257]
+        [0xffff << 16, (0xffff << 16) | (200 * 257)]
     );
     // What is hidden counts as what is not.
     let hidden = png([1, 2], ExtendedColorType::La8, &[0, 255, 200, 0]);
