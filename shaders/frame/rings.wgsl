@@ -7,6 +7,7 @@
 // so their order never depends on timing.
 #import cumuli::gpu_data::{CloudUniforms, Particle, ParticleCount, Ring}
 #import cumuli::noise::{gradient_noise, hash, hash_combine, unit_float}
+#import cumuli::numerics::unfolded
 #import cumuli::quaternion::uniform_rotation
 #import cumuli::weather::{Weather, has_map, map_excess, weather_at}
 
@@ -41,11 +42,16 @@ struct FieldPlace {
     offset: vec2<f32>,
 }
 
+// For `unfolded`: cells, beyond every offset; beyond every column.
+const NOWHERE: f32 = 1e30;
+const NO_COLUMN: u32 = 0xffffffffu;
+
 // Sum of octaves of gradient noise over the horizontal plane and time.
 fn coverage_noise(place: FieldPlace) -> f32 {
     var sum = 0.0;
     var amplitude = 1.0;
-    for (var octave = 0u; octave < clouds.octaves; octave++) {
+    let octaves = unfolded(clouds.octaves, place.offset.x > NOWHERE);
+    for (var octave = 0u; octave < octaves; octave++) {
         let shift = clouds.largest_shift - octave;
         let wavelength = i32(1u << shift);
         let within = vec2<f32>(place.cell & vec2(wavelength - 1)) + place.offset;
@@ -146,7 +152,8 @@ struct Column {
 fn column_of(index: u32) -> Column {
     var column: Column;
     column.ring = 0u;
-    for (var r = 1u; r < clouds.rings; r++) {
+    let rings = unfolded(clouds.rings, index == NO_COLUMN);
+    for (var r = 1u; r < rings; r++) {
         if index >= clouds.ring[r].first_column {
             column.ring = r;
         }
