@@ -54,7 +54,7 @@ fn map_texel(map: MapUniforms, texel: vec2<i32>) -> vec3<f32> {
     let within = clamp(texel, vec2(0), size - 1);
     let at = vec2<u32>(select(within, around, map.outside == REPEAT));
     let word = weather_words[2u * CURVE_KNOTS + at.y * map.size.x + at.x];
-    let is_clear = map.outside == CLEAR && any(texel != within);
+    let is_clear = any(texel != within) & (map.outside == CLEAR);
     let coverage = select(f32(word & 0xffffu) / 65535.0, 0.0, is_clear);
     return vec3(coverage, f32((word >> 16u) & 0xffu) / 255.0, f32(word >> 24u) / 255.0);
 }
