@@ -12,7 +12,7 @@
 // Workgroup contract: one workgroup owns one tile of 8x8 pixels, one invocation one pixel; it reads
 // the tile's list and writes its texels. The count of density samples is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle}
-#import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
+#import cumuli::numerics::{mean_scatter_fraction, mean_transmittance, unfolded}
 #import cumuli::optical_depth::{copy_for, density_texture, march_between}
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::quaternion::rotate
@@ -139,9 +139,10 @@ fn depth_to_sun(point: vec3<f32>) -> f32 {
         if begin >= h {
             continue;
         }
-        let step = (h - begin) / f32(march_settings.sun_steps);
+        let steps = unfolded(march_settings.sun_steps, h > FAR);
+        let step = (h - begin) / f32(steps);
         var sum = 0.0;
-        for (var i = 0u; i < march_settings.sun_steps; i++) {
+        for (var i = 0u; i < steps; i++) {
             let t = begin + (f32(i) + 0.5) * step;
             sum += density_at(particle, (across + t * sun) / particle.radius, 0u);
         }
@@ -190,7 +191,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         view = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
         pixels_per_radian = 0.5 * f32(frame.size.x) / length(frame.right.xyz);
         far = FAR;
-        if frame.has_ground != 0u {
+        if unfolded(frame.has_ground, view.y > FAR) != 0u {
             let ground = ground_distance(view);
             far = select(FAR, ground, ground >= 0.0);
         }
@@ -203,8 +204,8 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         var t = 0.0;
         var since_gap = 0.0; // optical depth since the last place without particles
         var first = list_begin;
-        let rounds = 2u * march_settings.steps + MOST_GAPS;
-        for (var round = 0u; round < rounds && step > 0.0; round++) {
+        let rounds = select(0u, 2u * march_settings.steps + MOST_GAPS, step > 0.0);
+        for (var round = 0u; round < rounds; round++) {
             if transmittance <= frame.transmittance_stop {
                 break;
             }

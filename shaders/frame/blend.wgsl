@@ -13,7 +13,7 @@
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight, block_pixel}
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
 #import cumuli::lighting::{mean_sunlight, own_share}
-#import cumuli::numerics::{mean_scatter_fraction, mean_transmittance}
+#import cumuli::numerics::{mean_scatter_fraction, mean_transmittance, unfolded}
 #import cumuli::optical_depth::{copy_for, densities, march_from}
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::quaternion::rotate
@@ -85,7 +85,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         // In the middle of the picture; a rectilinear picture stretches towards its corners.
         let pixels_per_radian = 0.5 * f32(frame.size.x) / length(frame.right.xyz);
         var far = FAR;
-        if frame.has_ground != 0u {
+        if unfolded(frame.has_ground, dir.y > FAR) != 0u {
             let ground = ground_distance(dir);
             far = select(FAR, ground, ground >= 0.0);
         }

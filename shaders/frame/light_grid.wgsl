@@ -10,7 +10,7 @@
 // light that leaves its plane sideways leaves the level: it reads only what it wrote itself, and
 // extinctions and sources, which `sweep` does not write.
 #import cumuli::light_grid_data::{Crossing, DIRECTIONS, GridLevel, GridStage, LightGridUniforms, crossing, grid_direction, grid_index, grid_phase, light_from_outside, pack_light, unpack_light}
-#import cumuli::numerics::{mean_transmittance, opacity}
+#import cumuli::numerics::{mean_transmittance, opacity, unfolded}
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
 @group(0) @binding(1) var<uniform> stage: GridStage;
@@ -77,10 +77,14 @@ fn corner_weight(place: GridPlace, corner: u32) -> f32 {
         * select(1.0 - f.z, f.z, (corner & 4u) != 0u);
 }
 
+fn levels() -> u32 {
+    return unfolded(grid.levels, arrayLength(&extinction) == 0u);
+}
+
 // Light along a direction at a point outside of level `inner`: from the coarser level, or from
 // outside of all.
 fn inflow(inner: u32, direction_index: u32, point: vec3<f32>) -> vec3<f32> {
-    if inner + 1u < grid.levels {
+    if inner + 1u < levels() {
         let outer = grid.level[inner + 1u];
         let place = grid_place(outer, point);
         if place.inside {
@@ -97,7 +101,7 @@ fn inflow(inner: u32, direction_index: u32, point: vec3<f32>) -> vec3<f32> {
 
 // Sunlight at a point outside of level `inner`.
 fn sun_inflow(inner: u32, point: vec3<f32>) -> f32 {
-    if inner + 1u < grid.levels {
+    if inner + 1u < levels() {
         let outer = grid.level[inner + 1u];
         let place = grid_place(outer, point);
         if place.inside {
@@ -178,7 +182,7 @@ fn begin(@builtin(global_invocation_id) id: vec3<u32>) {
 // A step from the source of before towards the one that the cell's light asks for.
 fn relaxed(at: u32, wanted: vec3<f32>) -> vec3<f32> {
     // A full step does not look at the source of before, which may never have been made.
-    if stage.relaxation == 1.0 {
+    if (at < arrayLength(&sources)) & (stage.relaxation == 1.0) {
         return wanted;
     }
     return mix(unpack_light(sources[at]), wanted, stage.relaxation);
@@ -232,7 +236,7 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
         scattered[2u * axis] = relaxed(at, along);
         scattered[2u * axis + 1u] = relaxed(at + grid.cells, against);
     }
-    if stage.is_last != 0u {
+    if unfolded(stage.is_last, arrayLength(&sources) == 0u) != 0u {
         for (var d = 0u; d < DIRECTIONS; d++) {
             sum += scattered[d];
             kept += max(scattered[d], vec3(0.0));

@@ -5,6 +5,7 @@
 // cell.
 #import cumuli::gpu_data::{Particle, ParticleCount}
 #import cumuli::light_grid_data::{LightGridUniforms, grid_index}
+#import cumuli::numerics::unfolded
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
 @group(0) @binding(1) var<storage, read> particles: array<Particle>;
@@ -37,7 +38,8 @@ fn splat(@builtin(global_invocation_id) id: vec3<u32>) {
     let ball = particle.radius * spread[min(particle.shape, grid.spreads - 1u)];
     // Extinction times volume, m^2.
     let mass = particle.optical_radius * particle.radius * particle.radius * (4.0 / 3.0 * PI);
-    for (var l = 0u; l < grid.levels; l++) {
+    let levels = unfolded(grid.levels, arrayLength(&particles) == 0u);
+    for (var l = 0u; l < levels; l++) {
         let level = grid.level[l];
         let cell = level.cell.xyz;
         let place = (particle.centre - level.low.xyz) / cell;

@@ -8,6 +8,7 @@
 // Workgroup contract: one invocation owns one column of cells of one level. `rise` reads what `fall`
 // wrote: it is a dispatch of its own.
 #import cumuli::light_grid_data::{DIRECTIONS, GridLevel, LightGridUniforms, crossing, grid_direction, grid_index, unpack_light}
+#import cumuli::numerics::unfolded
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
 @group(0) @binding(1) var<storage, read> sun_transmittance: array<f32>;
@@ -32,6 +33,10 @@ const LEAST_SUN: f32 = 0.01;
 // Largest share: with the sun at that height, what clouds send down outshines what it does itself.
 const MOST_SHARE: f32 = 100.0;
 
+// For `unfolded`: beyond every column; m, beyond every place.
+const NO_COLUMN: u32 = 0xffffffffu;
+const NOWHERE: f32 = 1e30;
+
 struct Column {
     level: u32,
     x: u32,
@@ -41,7 +46,8 @@ struct Column {
 
 fn column_of(index: u32) -> Column {
     var rest = index;
-    for (var l = 0u; l < grid.levels; l++) {
+    let levels = unfolded(grid.levels, index == NO_COLUMN);
+    for (var l = 0u; l < levels; l++) {
         let size = grid.level[l].size;
         if rest < size.x * size.z {
             return Column(l, rest % size.x, rest / size.x, true);
@@ -75,7 +81,8 @@ fn fall(@builtin(global_invocation_id) id: vec3<u32>) {
 // What has fallen at a place, by the finest level over it; outside of all there are no clouds.
 fn fallen_at(place: vec2<f32>) -> vec3<f32> {
     var first = 0u;
-    for (var l = 0u; l < grid.levels; l++) {
+    let levels = unfolded(grid.levels, place.x > NOWHERE);
+    for (var l = 0u; l < levels; l++) {
         let level = grid.level[l];
         let at = floor((place - level.low.xz) / level.cell.xz);
         if all(at >= vec2(0.0)) && all(at < vec2<f32>(level.size.xz)) {

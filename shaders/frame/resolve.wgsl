@@ -2,6 +2,7 @@
 //
 // Workgroup contract: one invocation owns one pixel.
 #import cumuli::gpu_data::FrameUniforms
+#import cumuli::numerics::unfolded
 #import cumuli::sky::{air_between, ground_distance, ground_radiance, sky_radiance, sun_disc_radiance}
 #import cumuli::sun_depth::sun_depth
 
@@ -10,10 +11,14 @@
 @group(0) @binding(2) var cloud_distance: texture_2d<f32>; // m
 @group(0) @binding(3) var picture: texture_storage_2d<rgba32float, write>;
 
+// For `unfolded`: m, beyond every point; a column of pixels beyond every picture's.
+const NOWHERE: f32 = 1e30;
+const NO_PIXEL: u32 = 0xffffffffu;
+
 // Transmittance of the clouds between a point and the sun.
 fn sun_visibility(point: vec3<f32>) -> f32 {
     // Nobody has made the maps.
-    if frame.has_shadows == 0u {
+    if unfolded(frame.has_shadows, point.y > NOWHERE) == 0u {
         return 1.0;
     }
     return exp(-sun_depth(point));
@@ -24,10 +29,12 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= frame.size) {
         return;
     }
+    let outside = id.x == NO_PIXEL;
+    let has_air = unfolded(frame.has_air, outside) != 0u;
     let ndc = (vec2<f32>(id.xy) + 0.5) / vec2<f32>(frame.size) * 2.0 - 1.0;
     let dir = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
     var cloud = vec4(0.0, 0.0, 0.0, 1.0);
-    if frame.has_clouds != 0u {
+    if unfolded(frame.has_clouds, outside) != 0u {
         cloud = textureLoad(clouds, id.xy, 0);
     }
     // Light that is only scattered within the forward peak still comes from nearly the same place:
@@ -40,12 +47,12 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     // Nothing behind a finished pixel is seen.
     if transmittance > 0.0 {
         var ground = -1.0;
-        if frame.has_ground != 0u {
+        if unfolded(frame.has_ground, outside) != 0u {
             ground = ground_distance(dir);
         }
         if ground >= 0.0 {
             behind = ground_radiance(dir, ground, sun_visibility(dir * ground));
-            if frame.has_air != 0u {
+            if has_air {
                 let air = air_between(dir, ground);
                 behind = behind * air.transmittance + air.inscatter;
             }
@@ -54,7 +61,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     var front = cloud.rgb;
-    if frame.has_air != 0u && opacity > 0.0 {
+    if has_air && opacity > 0.0 {
         let air = air_between(dir, textureLoad(cloud_distance, id.xy, 0).r);
         front = front * air.transmittance + air.inscatter * opacity;
     }

@@ -7,7 +7,9 @@
 // so their order never depends on timing.
 #import cumuli::gpu_data::{CloudUniforms, Particle, ParticleCount, Ring}
 #import cumuli::noise::{gradient_noise, hash, hash_combine, unit_float}
+#import cumuli::numerics::unfolded
 #import cumuli::quaternion::uniform_rotation
+#import cumuli::weather::{Weather, has_map, map_excess, weather_at}
 
 @group(0) @binding(0) var<uniform> clouds: CloudUniforms;
 @group(0) @binding(1) var<storage, read_write> column_counts: array<u32>;
@@ -40,11 +42,16 @@ struct FieldPlace {
     offset: vec2<f32>,
 }
 
+// For `unfolded`: cells, beyond every offset; beyond every column.
+const NOWHERE: f32 = 1e30;
+const NO_COLUMN: u32 = 0xffffffffu;
+
 // Sum of octaves of gradient noise over the horizontal plane and time.
 fn coverage_noise(place: FieldPlace) -> f32 {
     var sum = 0.0;
     var amplitude = 1.0;
-    for (var octave = 0u; octave < clouds.octaves; octave++) {
+    let octaves = unfolded(clouds.octaves, place.offset.x > NOWHERE);
+    for (var octave = 0u; octave < octaves; octave++) {
         let shift = clouds.largest_shift - octave;
         let wavelength = i32(1u << shift);
         let within = vec2<f32>(place.cell & vec2(wavelength - 1)) + place.offset;
@@ -60,9 +67,9 @@ fn coverage_noise(place: FieldPlace) -> f32 {
     return sum;
 }
 
-// Height of the cloud (m above its base) where the coverage noise has this value; 0 is clear.
-fn cloud_height(noise: f32) -> f32 {
-    let excess = clamp((noise - clouds.threshold) * clouds.inverse_range, 0.0, 1.0);
+// Height of the cloud (m above its base) where the coverage noise rises so far above its threshold,
+// 0 to 1; 0 is clear.
+fn cloud_height(excess: f32) -> f32 {
     // A dome: it rises from the rim at a finite slope and is rounded on top.
     return clouds.thickness * excess * (2.0 - excess);
 }
@@ -98,7 +105,20 @@ fn candidate(ring_index: u32, ring: Ring, cell_in_ring: vec2<u32>, layer: u32) -
     var place: FieldPlace;
     place.cell = cell * i32(1u << ring_index);
     place.offset = jitter.xz * f32(1u << ring_index);
-    let height = cloud_height(coverage_noise(place));
+    var weather = Weather(1.0, 1.0, 1.0);
+    let mapped = has_map();
+    if mapped {
+        weather = weather_at(clouds.map, ring, cell_in_ring, place.offset);
+        if weather.coverage <= 0.0 || weather.extinction <= 0.0 {
+            return result;
+        }
+    }
+    let noise = coverage_noise(place);
+    var excess = clamp((noise - clouds.threshold) * clouds.inverse_range, 0.0, 1.0);
+    if mapped {
+        excess = map_excess(clouds.map, noise, weather.coverage);
+    }
+    let height = cloud_height(excess) * weather.height;
     let altitude = (f32(layer) + 0.5 + HEIGHT_JITTER * (jitter.y - 0.5)) * ring.layer_height;
     // Grown up where the cloud reaches half a layer above the centre.
     let growth = clamp((height - altitude) / ring.layer_height + 0.5, 0.0, 1.0);
@@ -115,7 +135,7 @@ fn candidate(ring_index: u32, ring: Ring, cell_in_ring: vec2<u32>, layer: u32) -
     result.particle.radius = radius;
     result.particle.centre = vec3(horizontal.x, clouds.base + max(altitude, BASE_LIFT * radius), horizontal.y);
     result.particle.orientation = uniform_rotation(vec3(unit_float(hash(h4)), unit_float(hash(h4 ^ 0x68bc21ebu)), unit_float(hash(h4 ^ 0x02e5be93u))));
-    result.particle.extinction = clouds.extinction * weight * smoothstep(GROWTH_SEEN, GROWTH_DENSE, growth)
+    result.particle.extinction = clouds.extinction * weather.extinction * weight * smoothstep(GROWTH_SEEN, GROWTH_DENSE, growth)
         * smoothstep(LEAST_RADIUS * largest, DENSE_RADIUS * largest, radius);
     result.particle.shape = entry.x;
     result.particle.id = id;
@@ -132,7 +152,8 @@ struct Column {
 fn column_of(index: u32) -> Column {
     var column: Column;
     column.ring = 0u;
-    for (var r = 1u; r < clouds.rings; r++) {
+    let rings = unfolded(clouds.rings, index == NO_COLUMN);
+    for (var r = 1u; r < rings; r++) {
         if index >= clouds.ring[r].first_column {
             column.ring = r;
         }

@@ -5,6 +5,7 @@
 // Workgroup contract: one invocation owns one texel of one map.
 #import cumuli::gpu_data::{FrameUniforms, LightView, Particle}
 #import cumuli::light_view::light_tile
+#import cumuli::numerics::unfolded
 #import cumuli::optical_depth::{copy_for, densities, march_from}
 #import cumuli::quaternion::rotate
 #import cumuli::shadow_maps::{BORDER, ENOUGH, NODES_HIGH, NODES_LOW, ShadowNodes, ShadowUniforms, pack_nodes}
@@ -38,10 +39,11 @@ fn in_view(origin: vec3<f32>, towards: vec3<f32>, across: f32) -> bool {
     // Part of the ray at the altitudes of what is shadowed.
     var near = maps.nearest;
     var far = maps.nearest + maps.reach;
-    if frame.has_ground != 0u && towards.y > LEVEL {
+    let nowhere = origin.y > FAR;
+    if (unfolded(frame.has_ground, nowhere) != 0u) & (towards.y > LEVEL) {
         far = max(far, (origin.y - maps.lowest) / towards.y);
     }
-    if abs(towards.y) > LEVEL {
+    if !nowhere & (abs(towards.y) > LEVEL) {
         let a = (origin.y - maps.lowest) / towards.y;
         let b = (origin.y - maps.highest) / towards.y;
         let slack = across / abs(towards.y);

@@ -107,13 +107,17 @@ fn distance_to_ground(altitude: f32, mu: f32) -> f32 {
     return c / max(b + sqrt((b - tangent) * (b + tangent)), LEAST_LENGTH);
 }
 
+// A number above every cosine.
+const NO_COSINE: f32 = 2.0;
+
 // Where a ray enters (x) and leaves (y) the air; both 0 where it misses it. The ground is not
 // looked at.
 fn air_span(altitude: f32, mu: f32) -> vec2<f32> {
     let b = (PLANET_RADIUS + altitude) * mu;
     // Top's squared radius less the start's.
     let q = (TOP_ALTITUDE - altitude) * (2.0 * PLANET_RADIUS + TOP_ALTITUDE + altitude);
-    if q >= 0.0 {
+    // Never on a uniform altitude alone: see `unfolded`.
+    if (mu < NO_COSINE) & (q >= 0.0) {
         let s = sqrt(b * b + q);
         return vec2(0.0, select(s - b, q / max(b + s, LEAST_LENGTH), b > 0.0));
     }

@@ -81,7 +81,20 @@ struct Ring {
     fade_out: vec2<f32>,      // m, where it begins to fade and has gone
     layers: u32,
     first_column: u32,        // index of its first column of cells among all rings'
-    padding_a: vec4<u32>,
+    map_first: vec2<i32>,     // weather map: texel of the corner of the first cell
+    map_first_share: vec2<u32>, // 2^-32 texels more
+    map_step: vec2<i32>,      // texels from cell to cell
+    map_step_share: vec2<u32>, // 2^-32 texels more
+}
+
+// A weather map.
+struct MapUniforms {
+    size: vec2<u32>,   // pixels
+    texels: vec2<f32>, // in an innermost cell
+    coverage: f32,     // where it is white
+    noise: f32,        // share of the coverage noise
+    outside: u32,      // beyond its edges: 0 again, 1 its outermost pixels, 2 clear
+    padding_a: u32,
 }
 
 // The cloud field, constant for a frame.
@@ -102,6 +115,7 @@ struct CloudUniforms {
     capacity: u32,              // slots for particles
     first_slot: u32,            // slots before it hold the scene's own particles
     padding_a: u32,
+    map: MapUniforms,           // where there is a map
     evolution_cell: array<vec4<i32>, 8>, // per octave: x lattice cell in time
     evolution: array<vec4<f32>, 8>,      // per octave: x fraction of that cell
     shape_list: array<vec4<u32>, 8>,     // x: shape index in the tables, y: bits of its mean density

@@ -4,9 +4,13 @@
 
 #import cumuli::gpu_data::LightView
 
+// m, beyond every place.
+const OUTSIDE: f32 = 1e30;
+
 // Picture coordinates relative to the camera, warped so that tiles grow with the distance.
 fn warped(view: LightView, place: vec2<f32>) -> vec2<f32> {
-    if view.warp <= 0.0 {
+    // Not on the uniform alone: see `unfolded`.
+    if (place.x < OUTSIDE) & (view.warp <= 0.0) {
         return place;
     }
     let x = abs(place) / view.warp;

@@ -4,7 +4,7 @@
 #define_import_path cumuli::sky
 
 #import cumuli::atmosphere::{AIR_SIZE, ALTITUDE_SIZE, GROUND_SIZE, INFINITELY_FAR, PI, PLANET_RADIUS, SkyUniforms, TABLE_SCALE, TOP_ALTITUDE, VIEW_SIZE, air_place, air_span, altitude_place, direction_place, distance_to_ground, ground_reach, sun_place, texel_centre}
-#import cumuli::numerics::opacity
+#import cumuli::numerics::{opacity, unfolded}
 
 @group(2) @binding(0) var<uniform> sky: SkyUniforms;
 @group(2) @binding(1) var filtering: sampler;
@@ -20,9 +20,17 @@ struct Air {
     transmittance: vec3<f32>,
 }
 
+// No direction has a component as large, no place is as high (m): for `unfolded`.
+const NOWHERE: f32 = 1e30;
+
 // Product of the level parts of two directions below which one of them is straight up or down: every
 // azimuth is as good there, and 0 comes out.
 const LEAST_LEVEL: f32 = 1e-12;
+
+// Whether there is no air; takes any component of a direction, or an altitude.
+fn is_uniform(of_invocation: f32) -> bool {
+    return unfolded(sky.is_uniform, of_invocation > NOWHERE) != 0u;
+}
 
 // Angle over the true horizon and cosine of the azimuth from the sun.
 fn sky_direction(dir: vec3<f32>) -> vec2<f32> {
@@ -34,7 +42,7 @@ fn sky_direction(dir: vec3<f32>) -> vec2<f32> {
 
 // Radiance of the sky without the sun's disc; below the horizon the bare ground through the air.
 fn sky_radiance(dir: vec3<f32>) -> vec3<f32> {
-    if sky.is_uniform != 0u {
+    if is_uniform(dir.y) {
         return vec3(sky.uniform_radiance);
     }
     let direction = sky_direction(dir);
@@ -48,14 +56,14 @@ fn sun_disc_radiance(dir: vec3<f32>) -> vec3<f32> {
     // Chord of the angle between the two: exact where the angle's cosine is not.
     let chord = length(dir - sky.sun.xyz);
     let radius = sky.disc.x;
-    if chord > radius * (1.0 + DISC_RIM) {
+    if chord >= radius * (1.0 + DISC_RIM) {
         return vec3(0.0);
     }
     let x = chord / radius;
     let limb = 1.0 - LIMB_DARKENING * (1.0 - sqrt(max(1.0 - x * x, 0.0)));
     let rim = 1.0 - smoothstep(1.0 - DISC_RIM, 1.0 + DISC_RIM, x);
     let radiance = vec3(sky.disc.y * sky.sun.w * limb * rim);
-    if sky.is_uniform != 0u {
+    if is_uniform(dir.y) {
         return radiance;
     }
     let direction = sky_direction(dir);
@@ -80,7 +88,7 @@ fn light_at(altitude: f32, row: f32) -> vec3<f32> {
 
 // Irradiance of the sun on a surface that faces it, after the air.
 fn sun_irradiance_at(altitude: f32) -> vec3<f32> {
-    if sky.is_uniform != 0u {
+    if is_uniform(altitude) {
         return vec3(sky.sun.w);
     }
     return light_at(altitude, 0.0);
@@ -88,7 +96,7 @@ fn sun_irradiance_at(altitude: f32) -> vec3<f32> {
 
 // Mean radiance of the upper hemisphere, without the sun's disc.
 fn sky_ambient_above(altitude: f32) -> vec3<f32> {
-    if sky.is_uniform != 0u {
+    if is_uniform(altitude) {
         return vec3(sky.uniform_radiance);
     }
     return light_at(altitude, 1.0);
@@ -97,7 +105,7 @@ fn sky_ambient_above(altitude: f32) -> vec3<f32> {
 // Mean radiance of the lower hemisphere: the air, and the ground of which clouds leave these shares,
 // lit by the sun and by the sky.
 fn sky_below(altitude: f32, shares: vec2<f32>) -> vec3<f32> {
-    if sky.is_uniform != 0u {
+    if is_uniform(altitude) {
         return vec3(sky.uniform_radiance);
     }
     return light_at(altitude, 2.0) + shares.x * light_at(altitude, 3.0) + shares.y * light_at(altitude, 4.0);
@@ -112,14 +120,14 @@ fn sky_ambient_below(altitude: f32) -> vec3<f32> {
 fn air_between(dir: vec3<f32>, distance: f32) -> Air {
     var air: Air;
     air.transmittance = vec3(1.0);
-    if sky.is_uniform != 0u {
+    if is_uniform(dir.y) {
         return air;
     }
     let direction = sky_direction(dir);
     let place = direction_place(direction.x, direction.y, sky.horizon_dip, AIR_SIZE.xy);
     // Distances count from where the air begins.
     var before = 0.0;
-    if sky.camera_altitude > TOP_ALTITUDE {
+    if (dir.y < NOWHERE) & (sky.camera_altitude > TOP_ALTITUDE) {
         before = air_span(sky.camera_altitude, dir.y).x;
     }
     var reach = INFINITELY_FAR;
@@ -146,7 +154,7 @@ fn ground_radiance(dir: vec3<f32>, distance: f32, sun_visibility: f32) -> vec3<f
     let turned = (PLANET_RADIUS + sky.camera_altitude) * sky.sun.y + distance * dot(dir, sky.sun.xyz);
     let sun_mu = clamp(turned / PLANET_RADIUS, -1.0, 1.0);
     let reflected = sky.ground_colour.rgb * (sky.sun.w / PI);
-    if sky.is_uniform != 0u {
+    if is_uniform(dir.y) {
         return reflected * max(sun_mu, 0.0) * sun_visibility + sky.ground_colour.rgb * sky.uniform_radiance;
     }
     let x = texel_centre(sun_place(sun_mu), GROUND_SIZE.x);

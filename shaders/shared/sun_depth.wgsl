@@ -2,6 +2,7 @@
 // of the group of every pass that imports it. Twin: src/frame/cpu/shadow.rs.
 #define_import_path cumuli::sun_depth
 
+#import cumuli::numerics::unfolded
 #import cumuli::shadow_maps::{BORDER, MOST_DEPTH, ShadowUniforms, nodes_depth, unpack_nodes}
 
 // Not arguments of functions: a copy of the maps costs more than the look-up.
@@ -19,7 +20,8 @@ fn sun_depth(point: vec3<f32>) -> f32 {
     let place = vec2(dot(point, shadow_maps.axis_u.xyz), dot(point, shadow_maps.axis_v.xyz));
     let at = (-dot(point, shadow_maps.towards.xyz) - shadow_maps.nearest) / shadow_maps.reach;
     let last = f32(shadow_maps.resolution) - 1.0;
-    for (var m = 0u; m < shadow_maps.maps; m++) {
+    let maps = unfolded(shadow_maps.maps, arrayLength(&shadow_texels) == 0u);
+    for (var m = 0u; m < maps; m++) {
         let corner = shadow_maps.corner[m];
         let texel = (place - corner.xy) / corner.z - 0.5;
         let margin = min(texel, last - texel);

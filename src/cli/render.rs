@@ -129,7 +129,7 @@ impl Job {
             Some(frames) => {
                 let key = SequenceKey {
                     program: this_program(),
-                    scene: scene.to_toml()?,
+                    scene: scene.identity()?,
                     tables: tables_name(args.tables.as_deref())?,
                     size: args.size.0,
                     preset: Some(args.preset),

@@ -69,7 +69,7 @@ fn sequence(
         .map_err(|e| Error::Failed(format!("JSON: {e}")))?;
     let key = SequenceKey {
         program: this_program(),
-        scene: scene.to_toml()?,
+        scene: scene.identity()?,
         tables: tables.to_owned(),
         size: args.size.0,
         preset: None,
@@ -116,7 +116,7 @@ impl<'a> Work<'a> {
         let exposure = args.truth.exposure(&scene.camera, args.size.0, time)?;
         let key = Key {
             program: this_program(),
-            scene: fingerprint_of(scene.to_toml()?.as_bytes()),
+            scene: fingerprint_of(scene.identity()?.as_bytes()),
             tables: self.tables_name.clone(),
             exposure: &exposure,
         };

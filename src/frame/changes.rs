@@ -2,17 +2,18 @@
 //! it changes, every product keeps the numbers that it was made from. So what was skipped for a while
 //! is made again when it is needed, and only then.
 
-use super::gpu_data::{CloudUniforms, FrameUniforms, LightView, Particle, ShadowUniforms};
+use super::gpu_data::{FrameUniforms, LightView, Particle, ShadowUniforms};
 use super::in_view::InView;
 use super::light_grid::GridWork;
+use super::rings::PlacedField;
 
 /// Everything a frame's picture depends on, besides tables and settings.
 #[derive(Clone, PartialEq)]
 pub struct FrameKey {
     /// Camera, size, exposure.
     pub frame: FrameUniforms,
-    /// The cloud field at this time.
-    pub clouds: Option<CloudUniforms>,
+    /// The cloud field at this time, with its weather map.
+    pub clouds: Option<PlacedField>,
     /// The scene's own particles, relative to the camera.
     pub listed: Vec<Particle>,
     /// The sun's picture.

@@ -161,8 +161,32 @@ gpu_struct! {
         layers: u32,
         /// Index of its first column among all rings'.
         first_column: u32,
+        /// Weather map: texel of the corner of the first cell.
+        map_first: [i32; 2],
+        /// 2^-32 texels more.
+        map_first_share: [u32; 2],
+        /// Texels from cell to cell.
+        map_step: [i32; 2],
+        /// 2^-32 texels more.
+        map_step_share: [u32; 2],
+    }
+}
+
+gpu_struct! {
+    /// A weather map.
+    MapUniforms {
+        /// Pixels.
+        size: [u32; 2],
+        /// Texels in an innermost cell.
+        texels: [f32; 2],
+        /// Where it is white.
+        coverage: f32,
+        /// Share of the coverage noise.
+        noise: f32,
+        /// Beyond its edges: 0 again, 1 its outermost pixels, 2 clear.
+        outside: u32,
         /// Unused.
-        padding_a: [u32; 4],
+        padding_a: u32,
     }
 }
 
@@ -201,6 +225,8 @@ gpu_struct! {
         first_slot: u32,
         /// Unused.
         padding_a: u32,
+        /// The weather map, where there is one.
+        map: MapUniforms,
         /// x: lattice cell in time, per octave.
         evolution_cell: [[i32; 4]; FIELD_SLOTS],
         /// x: fraction of that cell, per octave.
@@ -364,6 +390,7 @@ mod tests {
             FrameUniforms,
             LightView,
             Ring,
+            MapUniforms,
             CloudUniforms,
             ParticleCount
         );

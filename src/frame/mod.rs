@@ -29,6 +29,7 @@ pub mod targets;
 pub mod tile_lists;
 pub mod tonemap;
 pub mod view;
+pub mod weather;
 
 pub use picture::{Counters, FrameStats, PassTime, Picture};
 pub use plan::{FramePlan, Pass};

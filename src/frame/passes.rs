@@ -46,14 +46,14 @@ impl Passes {
         library: &ShaderLibrary,
         quality: &Quality,
         medium: &GridMedium<'_>,
-        [tables, sky]: [&wgpu::BindGroupLayout; 2],
+        [tables, sky, weather]: [&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
         let light_grid = LightGridPass::new(gpu, library, medium)?;
         let groups = [tables, sky, light_grid.layout()];
         let light = LightPass::new(gpu, library, &groups)?;
         let blend = BlendPass::new(gpu, library, quality.steps, &groups)?;
         Ok(Self {
-            rings: RingPass::new(gpu, library)?,
+            rings: RingPass::new(gpu, library, weather)?,
             lists: ListPasses::new(gpu, library)?,
             screen_project: ProjectPass::screen(gpu, library)?,
             light_project: ProjectPass::light(gpu, library)?,

@@ -4,8 +4,8 @@
 use glam::DVec3;
 
 use super::cpu;
-use super::gpu_data::{CloudUniforms, Particle};
-use super::rings::{self, FieldShape};
+use super::gpu_data::Particle;
+use super::rings::{self, FieldShape, PlacedField};
 use crate::scene::{CloudField, ParticleSpec, Scene};
 use crate::tables::TableSet;
 use crate::{Error, Result};
@@ -91,12 +91,12 @@ impl Shapes {
         time: f64,
         first_slot: u32,
         capacity: u32,
-    ) -> Result<Option<CloudUniforms>> {
+    ) -> Result<Option<PlacedField>> {
         let Some(field) = &scene.clouds else { return Ok(None) };
         rings::columns(field)?;
         let shapes = self.of_field(field)?;
         let camera = scene.camera.position;
-        Ok(Some(rings::uniforms(field, camera, time, &shapes, first_slot, capacity)))
+        Ok(Some(PlacedField::new(field, camera, time, &shapes, first_slot, capacity)))
     }
 
     /// All particles of a scene at a time (s), relative to the camera, made on the host.

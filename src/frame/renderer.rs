@@ -28,6 +28,7 @@ use super::settings::{Quality, RenderSettings};
 use super::shadow::ShadowJob;
 use super::sky::{SkyPass, SkyWork};
 use super::stats::{Counts, StatsReader, pass_times};
+use super::weather::WeatherBuffer;
 use crate::gpu::{Gpu, ShaderLibrary, buffers};
 use crate::medium::{Halo, Truncation};
 use crate::scene::{Medium, Scene, check_time};
@@ -51,6 +52,7 @@ pub struct Renderer {
     composer: Option<Box<dyn Composer>>,
     passes: Passes,
     tables: TablesGpu,
+    weather: WeatherBuffer,
     shapes: Shapes,
     truncation: Truncation,
     grid: LightGrid,
@@ -92,7 +94,8 @@ impl Renderer {
         );
         let (spreads, (library, tables_gpu, sky)) = (spreads?, compiled?);
         let grid = GridMedium { spreads: &spreads, halo: &halo, albedo: medium.albedo };
-        let groups = [tables_gpu.layout(), sky.layout()];
+        let weather = WeatherBuffer::new(gpu);
+        let groups = [tables_gpu.layout(), sky.layout(), weather.layout()];
         let passes = Passes::new(gpu, &library, &quality, &grid, groups)?;
         let shadow = passes.shadow.job(gpu, quality.shadow_resolution);
         let lists = FIRST_LISTS;
@@ -104,6 +107,7 @@ impl Renderer {
             make_unseen: false,
             composer: None,
             passes,
+            weather,
             shapes,
             truncation,
             grid: LightGrid::default(),
@@ -253,6 +257,7 @@ impl Renderer {
             + self.shadow.bytes()
             + self.tables.bytes()
             + self.sky.bytes()
+            + self.weather.bytes()
             + self.grid.bytes();
         let stats = FrameStats {
             passes: pass_times(&plan, &times),

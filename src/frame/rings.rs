@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3, IVec2, Vec2};
 use super::cpu::rings::coverage_noise;
 use super::gpu_data::{CloudUniforms, FIELD_SLOTS, ParticleCount, Ring};
 use super::scan::{ScanJob, ScanPass};
+use super::weather::{self, Weather, WeatherBuffer};
 use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
 use crate::scene::CloudField;
 use crate::{Error, Result};
@@ -53,9 +54,14 @@ pub struct RingJob {
 }
 
 impl RingPass {
-    /// Compiles the pass.
-    pub fn new(gpu: &Gpu, library: &ShaderLibrary) -> Result<Self> {
-        let kernel = Kernel::new(gpu, library, crate::shader_file!("frame/rings.wgsl"), &[], &[])?;
+    /// Compiles the pass; `weather` is the layout of [`WeatherBuffer`].
+    pub fn new(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        weather: &wgpu::BindGroupLayout,
+    ) -> Result<Self> {
+        let file = crate::shader_file!("frame/rings.wgsl");
+        let kernel = Kernel::new(gpu, library, file, &[], &[weather])?;
         Ok(Self { kernel })
     }
 
@@ -88,23 +94,25 @@ impl RingPass {
         RingJob { uniforms, bindings, scan, columns, bytes }
     }
 
-    /// Records the making of all particles.
+    /// Records the making of all particles; `weather` must hold the field's map.
     pub fn encode(
         &self,
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         scan: &ScanPass,
-        job: &RingJob,
-        uniforms: &CloudUniforms,
+        (job, field): (&RingJob, &PlacedField),
+        weather: &WeatherBuffer,
     ) {
-        gpu.queue.write_buffer(&job.uniforms, 0, bytemuck::bytes_of(uniforms));
+        gpu.queue.write_buffer(&job.uniforms, 0, bytemuck::bytes_of(&field.uniforms));
         let groups = job.columns.div_ceil(WORKGROUP);
         pass.set_pipeline(self.kernel.pipeline("count"));
         pass.set_bind_group(0, &job.bindings, &[]);
+        pass.set_bind_group(1, weather.bind_group(), &[]);
         pass.dispatch_workgroups(groups, 1, 1);
         scan.encode(pass, &job.scan);
         pass.set_pipeline(self.kernel.pipeline("write"));
         pass.set_bind_group(0, &job.bindings, &[]);
+        pass.set_bind_group(1, weather.bind_group(), &[]);
         pass.dispatch_workgroups(groups, 1, 1);
     }
 }
@@ -144,9 +152,33 @@ pub fn reach(field: &CloudField) -> f64 {
     (f64::from(field.cells) / 2.0 - 1.0).max(1.0) * outermost
 }
 
-/// Everything the device needs to know of the field, for a camera (m, world) and a time (s).
-/// World coordinates are double: what reaches the device is relative to the camera.
-pub fn uniforms(
+/// A cloud field around a place at a time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedField {
+    /// Its numbers.
+    pub uniforms: CloudUniforms,
+    /// Its weather map.
+    pub weather: Option<Weather>,
+}
+
+impl PlacedField {
+    /// Everything the device needs to know of the field, for a camera (m, world) and a time (s).
+    /// World coordinates are double: what reaches the device is relative to the camera.
+    pub fn new(
+        field: &CloudField,
+        camera: DVec3,
+        time: f64,
+        shapes: &[FieldShape],
+        first_slot: u32,
+        capacity: u32,
+    ) -> Self {
+        let uniforms = uniforms(field, camera, time, shapes, first_slot, capacity);
+        let weather = field.weather.as_ref().map(|map| Weather::new(map, uniforms.octaves));
+        Self { uniforms, weather }
+    }
+}
+
+fn uniforms(
     field: &CloudField,
     camera: DVec3,
     time: f64,
@@ -169,12 +201,7 @@ pub fn uniforms(
     result.particle_size = field.particle_size as f32;
     result.first_slot = first_slot;
     result.capacity = capacity;
-    let [threshold, tallest] = coverage_quantiles(
-        result.octaves,
-        [1.0 - field.coverage, 1.0 - (1.0 - TALLEST_QUANTILE) * field.coverage],
-    );
-    result.threshold = threshold;
-    result.inverse_range = 1.0 / (tallest - threshold).max(1e-6);
+    [result.threshold, result.inverse_range] = threshold(result.octaves, field.coverage);
     let mut turnover = field.evolution_time;
     for octave in 0..result.octaves as usize {
         let phase = time / turnover;
@@ -190,24 +217,31 @@ pub fn uniforms(
     let mut layers = field.layers;
     let mut cell_size = field.cell_size;
     let mut fade_in = [-2.0_f32, -1.0];
+    let mut first_cells = [[0; 2]; FIELD_SLOTS];
     for (index, ring) in result.ring.iter_mut().take(result.rings as usize).enumerate() {
-        *ring = place_ring(field, DVec2::new(drifted.x, drifted.z), cell_size, layers);
+        let first = &mut first_cells[index];
+        (*first, *ring) = place_ring(field, DVec2::new(drifted.x, drifted.z), cell_size, layers);
         ring.first_column = index as u32 * field.cells * field.cells;
         ring.fade_in = fade_in;
         fade_in = ring.fade_out;
         cell_size *= 2.0;
         layers = layers.div_ceil(2);
     }
+    if let Some(map) = &field.weather {
+        weather::place(field, map, &mut result, &first_cells);
+    }
     result
 }
 
-fn place_ring(field: &CloudField, camera: DVec2, cell_size: f64, layers: u32) -> Ring {
+/// A ring, and the number of its first cell.
+fn place_ring(field: &CloudField, camera: DVec2, cell_size: f64, layers: u32) -> ([i64; 2], Ring) {
     let first = (camera / cell_size).floor() - f64::from(field.cells / 2);
     let reach = (f64::from(field.cells / 2) - 1.0).max(1.0) * cell_size;
     // Wraps at 2^31 cells: 1e11 m from the origin with cells of 50 m.
-    let wrapped = IVec2::new(first.x as i64 as i32, first.y as i64 as i32);
+    let number = [first.x as i64, first.y as i64];
+    let wrapped = IVec2::from(number.map(|n| n as i32));
     let corner: Vec2 = (first * cell_size - camera).as_vec2();
-    Ring {
+    let ring = Ring {
         first_cell: wrapped.to_array(),
         corner: corner.to_array(),
         cell_size: cell_size as f32,
@@ -216,8 +250,17 @@ fn place_ring(field: &CloudField, camera: DVec2, cell_size: f64, layers: u32) ->
         fade_out: [((1.0 - FADE_SHARE) * reach) as f32, reach as f32],
         layers,
         first_column: 0,
-        padding_a: [0; 4],
-    }
+        ..<Ring as bytemuck::Zeroable>::zeroed()
+    };
+    (number, ring)
+}
+
+/// The coverage noise's threshold where this share of the sky is covered, and 1 / the range from
+/// there to the tallest clouds.
+pub(super) fn threshold(octaves: u32, coverage: f64) -> [f32; 2] {
+    let shares = [1.0 - coverage, 1.0 - (1.0 - TALLEST_QUANTILE) * coverage];
+    let [threshold, tallest] = coverage_quantiles(octaves, shares);
+    [threshold, 1.0 / (tallest - threshold).max(1e-6)]
 }
 
 /// Quantiles of the coverage noise with this many octaves. The noise is stationary and its lattice

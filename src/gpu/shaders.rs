@@ -22,6 +22,7 @@ const MODULES: &[(&str, &str)] = shader_files![
     "shared/gpu_data.wgsl",
     "shared/numerics.wgsl",
     "shared/noise.wgsl",
+    "shared/weather.wgsl",
     "shared/quaternion.wgsl",
     "shared/light_view.wgsl",
     "shared/shadow_maps.wgsl",

@@ -26,7 +26,7 @@ const LONGEST: usize = 64;
 /// Rays towards the sun from a collision that scatters alike in all directions. Measured in the
 /// scenes, as time times squared error of the median pixel: 0.5 and 1 are alike, 0.24 is 1.1 to 1.5
 /// times as much, and one ray from every collision whatever its angle 1.7 to 2 times.
-const RAYS: f64 = 0.35;
+const RAYS: f64 = 0.7;
 /// Most rays from one collision.
 const MOST_RAYS: f64 = 8.0;
 

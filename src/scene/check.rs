@@ -1,7 +1,9 @@
 //! The checks of a scene's values, one function per part.
 
 use super::fault::{At, Checked};
-use super::{Camera, CloudField, ParticleSpec, Scene, Sky, Sun, limits, vector};
+use super::{
+    Camera, Channel, CloudField, ParticleSpec, Scene, Sky, Sun, WeatherMap, limits, vector,
+};
 
 /// All of a scene.
 pub(super) fn scene(scene: &Scene) -> Checked {
@@ -25,7 +27,8 @@ pub(super) fn scene(scene: &Scene) -> Checked {
     particles(&scene.particles, root)
 }
 
-/// That directions are unit vectors, as they are in every scene that was read from a file.
+/// That directions are unit vectors and a weather map has its pixels, as they are in every scene that was
+/// read from a file.
 pub(super) fn units(scene: &Scene) -> Checked {
     // What products of rounded rotations come to, and far below what a picture shows.
     const TOLERANCE: f64 = 1e-6;
@@ -35,6 +38,11 @@ pub(super) fn units(scene: &Scene) -> Checked {
     if !is_unit(sun.length_squared()) {
         let message = format!("expected a unit vector, found length {}", sun.length());
         return Err(root.key("sun").key("direction").fault(message));
+    }
+    let map = scene.clouds.as_ref().and_then(|clouds| clouds.weather.as_ref());
+    if map.is_some_and(|map| map.image.texels().is_empty()) {
+        let clouds = root.key("clouds");
+        return Err(clouds.key("weather").key("image").fault("expected pixels, found none"));
     }
     let list = root.key("particles");
     match scene.particles.iter().position(|p| !is_unit(p.orientation.length_squared())) {
@@ -107,7 +115,37 @@ fn clouds(field: &CloudField, at: At<'_>) -> Checked {
             field.shapes.len()
         )));
     }
-    field.shapes.iter().enumerate().try_for_each(|(i, name)| shape(name, shapes.index(i)))
+    field.shapes.iter().enumerate().try_for_each(|(i, name)| shape(name, shapes.index(i)))?;
+    field.weather.as_ref().map_or(Ok(()), |map| weather(map, field, at.key("weather")))
+}
+
+fn weather(map: &WeatherMap, field: &CloudField, at: At<'_>) -> Checked {
+    if map.file.as_os_str().is_empty() {
+        return Err(at.key("file").fault("expected a PNG image, found no name"));
+    }
+    let extent = at.key("extent");
+    extent.numbers(&map.extent.to_array(), &limits::WEATHER_EXTENT)?;
+    // Positions on the map are counted in whole pixels and shares of them: with less than a cell, they
+    // could pass what 32 bits hold.
+    if map.extent.min_element() < field.cell_size {
+        return Err(extent.fault(format!(
+            "expected at least clouds.cell_size, {} m, found {} m",
+            field.cell_size,
+            map.extent.min_element()
+        )));
+    }
+    at.key("centre").numbers(&map.centre.to_array(), &limits::COORDINATE)?;
+    let channels = at.key("channels");
+    if !limits::MAP_CHANNELS.contains(&map.channels.len()) {
+        let message = format!("expected 1 to 3 names, found {}", map.channels.len());
+        return Err(channels.fault(message));
+    }
+    for (index, channel) in map.channels.iter().enumerate() {
+        if *channel != Channel::Unused && map.channels[..index].contains(channel) {
+            return Err(channels.index(index).fault("expected each name once, found it twice"));
+        }
+    }
+    at.key("noise").number(map.noise, &limits::SHARE)
 }
 
 /// Listed particles; `at` is what holds the list.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::vector;
+use super::{WeatherMap, vector};
 
 /// Clouds generated on concentric square rings of cells around the camera. Everything about them
 /// follows from the seed, the place in the world and the time.
@@ -16,7 +16,7 @@ pub struct CloudField {
     pub base: f64,
     /// Height of the tallest cloud, m.
     pub thickness: f64,
-    /// Share of the sky that is covered, 0 to 1.
+    /// Share of the sky that is covered, 0 to 1; with a weather map, where that is white.
     pub coverage: f64,
     /// Extinction at density 1, 1/m.
     pub extinction: f64,
@@ -40,6 +40,9 @@ pub struct CloudField {
     pub evolution_time: f64,
     /// Noise shapes that the particles take, by name; empty for all that the tables hold.
     pub shapes: Vec<String>,
+    /// An image that says where the clouds are, in place of the same coverage everywhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weather: Option<WeatherMap>,
 }
 
 impl Default for CloudField {
@@ -60,6 +63,7 @@ impl Default for CloudField {
             wind: DVec3::new(5.0, 0.0, 0.0),
             evolution_time: 900.0,
             shapes: Vec::new(),
+            weather: None,
         }
     }
 }

@@ -80,6 +80,15 @@ pub(super) fn parse(text: &str, place: &str, base_dir: &Path) -> Result<Scene> {
         let line = line_of(text, f.field());
         f.in_line(place, line)
     })?;
+    if let Some(map) = scene.clouds.as_mut().and_then(|clouds| clouds.weather.as_mut()) {
+        map.file = base_dir.join(&map.file);
+        *map = map.read_again().map_err(|error| {
+            let clouds = At::Root.key("clouds");
+            let fault =
+                clouds.key("weather").key("file").fault(fault::tidy(&error.to_string(), 300));
+            fault.in_line(place, line_of(text, "clouds.weather.file"))
+        })?;
+    }
     if let Some(named) = particles_file {
         let path = base_dir.join(&named);
         if named.as_os_str().is_empty() || !path.exists() {
@@ -104,6 +113,12 @@ fn tables(root: &DeTable<'_>) -> std::result::Result<(), Fault> {
             let message = format!("expected one table, [{name}] or {{...}}, found a list");
             return Err(at.key(name).fault(message));
         }
+    }
+    if let Some(DeValue::Table(clouds)) = root.get("clouds").map(|v| v.get_ref())
+        && matches!(clouds.get("weather").map(|v| v.get_ref()), Some(DeValue::Array(_)))
+    {
+        let message = "expected one table, [clouds.weather] or {...}, found a list";
+        return Err(at.key("clouds").key("weather").fault(message));
     }
     let Some(DeValue::Array(particles)) = root.get("particles").map(|v| v.get_ref()) else {
         return Ok(());

@@ -50,6 +50,10 @@ pub const CLOUD_BASE: Range = range(0.0, 20_000.0, "m");
 pub const CLOUD_THICKNESS: Range = range(1.0, 20_000.0, "m");
 /// Share of the sky that is covered.
 pub const COVERAGE: Range = range(0.0, 1.0, "");
+/// What a weather map spans: from a few cells to the Earth around.
+pub const WEATHER_EXTENT: Range = range(10.0, 1e8, "m");
+/// A share of something.
+pub const SHARE: Range = range(0.0, 1.0, "");
 /// Wavelength of the coverage noise: from a street to a continent.
 pub const FEATURE_SIZE: Range = range(10.0, 1e6, "m");
 /// Side of a cell of the innermost ring.
@@ -77,6 +81,12 @@ pub const CELLS: std::ops::RangeInclusive<u32> = 2..=512;
 pub const RINGS: std::ops::RangeInclusive<u32> = 1..=FIELD_SLOTS as u32;
 /// Shapes that one field can name, for the same reason.
 pub const MOST_FIELD_SHAPES: usize = FIELD_SLOTS;
+/// Pixels a side of a weather map: 64 MiB of texels, half of what WebGPU lets one buffer have.
+pub const MOST_MAP_SIDE: u32 = 4096;
+/// Size of a weather map's file, bytes: more than such an image takes with four channels of 16 bits.
+pub const MOST_MAP_BYTES: u64 = 256 << 20;
+/// Colours of a weather map.
+pub const MAP_CHANNELS: std::ops::RangeInclusive<usize> = 1..=3;
 /// Particles stacked in a cell.
 pub const LAYERS: std::ops::RangeInclusive<u32> = 1..=64;
 /// Cells of all rings times layers: what a device of 2 GiB holds.

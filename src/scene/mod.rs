@@ -14,6 +14,7 @@ mod particles;
 pub mod path;
 mod text_file;
 mod vector;
+mod weather;
 
 use std::path::Path;
 
@@ -22,6 +23,7 @@ pub use camera::{Camera, CameraBasis};
 pub use clouds::CloudField;
 pub use particles::ParticleSpec;
 pub use path::CameraPath;
+pub use weather::{Channel, Outside, WeatherImage, WeatherMap};
 
 use crate::error::{Error, Result};
 use fault::At;
@@ -71,7 +73,7 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// Reads a scene file and the particles file that it may name.
+    /// Reads a scene file, and the particles file and the weather map that it may name.
     pub fn load(path: &Path) -> Result<Self> {
         let text = text_file::read(path, text_file::SCENE)?;
         let base = path.parent().unwrap_or(Path::new(""));
@@ -82,8 +84,8 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Reads a scene from text. `place` names it in errors, and a `particles_file` is looked for
-    /// in `base_dir`.
+    /// Reads a scene from text. `place` names it in errors, and the files that it names are looked
+    /// for in `base_dir`.
     pub fn from_toml(text: &str, place: &str, base_dir: &Path) -> Result<Self> {
         file::parse(text, place, base_dir)
     }
@@ -94,9 +96,26 @@ impl Scene {
     }
 
     /// Writes the scene as TOML, with all particles listed in it; [`Scene::from_toml`] reads
-    /// back an equal scene.
+    /// back an equal scene. A weather map is named as it can be opened from the current folder.
     pub fn to_toml(&self) -> Result<String> {
         file::write(self)
+    }
+
+    /// The same for a file in `folder`, from where a weather map is found.
+    pub fn to_toml_in(&self, folder: &Path) -> Result<String> {
+        let mut scene = self.clone();
+        if let Some(map) = scene.clouds.as_mut().and_then(|clouds| clouds.weather.as_mut()) {
+            map.file = weather::named_from(folder, &map.file);
+        }
+        scene.to_toml()
+    }
+
+    /// The scene as TOML with a mark of the weather map's pixels, which the TOML only names: equal
+    /// for two scenes of this program only where their pictures are.
+    pub fn identity(&self) -> Result<String> {
+        let map = self.clouds.as_ref().and_then(|clouds| clouds.weather.as_ref());
+        let mark = map.map(|m| format!("# weather map {:016x}\n", m.image.fingerprint()));
+        Ok(self.to_toml()? + &mark.unwrap_or_default())
     }
 
     /// Checks every value, for scenes that were made by a program. What [`Scene::load`] returns

@@ -64,6 +64,20 @@ mod exact {
     }
 }
 
+/// `#[serde(with)]` of two numbers: `[x, z]`.
+pub(super) mod two {
+    use glam::DVec2;
+    use serde::{Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(v: &DVec2, s: S) -> Result<S::Ok, S::Error> {
+        v.to_array().serialize(s)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<DVec2, D::Error> {
+        super::exact::deserialize(d).map(DVec2::from_array)
+    }
+}
+
 /// `#[serde(with)]` of a vector: `[x, y, z]`.
 pub(super) mod three {
     use glam::DVec3;

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{Case, MEDIA, Way, live};
+use super::{Case, MEDIA, Way, live, weather};
 use crate::frame::Preset;
 use crate::medium::Phase;
 use crate::scene::{Camera, CloudField, Ground, Medium, ParticleSpec, Scene, Sky};
@@ -66,6 +66,7 @@ pub fn corners(size: [u32; 2], preset: Preset) -> Vec<Case> {
     c.cameras();
     c.suns();
     c.times();
+    c.weather();
     c.views();
     c.skies();
     c.numbers();
@@ -231,6 +232,12 @@ impl Corners {
                 (clouds.coverage, clouds.extinction) = (coverage, extinction);
             }
             self.add(format!("a field, coverage {coverage}, {extinction:e}/m"), scene);
+        }
+    }
+
+    fn weather(&mut self) {
+        for (name, scene) in weather::scenes() {
+            self.add(name, scene);
         }
     }
 

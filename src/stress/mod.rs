@@ -15,6 +15,7 @@ mod live;
 pub mod random;
 pub mod rules;
 pub mod soak;
+mod weather;
 
 use serde::Serialize;
 

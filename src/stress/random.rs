@@ -174,6 +174,8 @@ impl Draw<'_> {
             wind: DVec3::new(self.between(-200.0, 200.0), 0.0, self.between(-200.0, 200.0)),
             evolution_time: self.of(&limits::EVOLUTION_TIME),
             shapes: Vec::new(),
+            // Corners have them.
+            weather: None,
         }
     }
 }

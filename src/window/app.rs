@@ -54,7 +54,9 @@ pub(super) struct App {
     pub(super) beside: Beside,
     /// The scene's file.
     pub(super) watched: Option<Watched>,
-    /// When it is looked at next.
+    /// The weather map's file.
+    pub(super) watched_map: Option<Watched>,
+    /// When files are looked at next.
     pub(super) look_at: Instant,
     /// The scene that orders share until it is changed.
     ordered: Arc<Scene>,
@@ -98,6 +100,7 @@ impl App {
             news: None,
             beside: Beside::default(),
             watched: None,
+            watched_map: None,
             look_at: Instant::now(),
             adapted: false,
             last_frame: None,
@@ -307,6 +310,10 @@ impl App {
                     self.tell(saved);
                 }
                 Wish::Open(path) => self.load(&path),
+                Wish::TakeChannels(channels) => {
+                    let taken = self.take_channels(channels);
+                    self.tell(taken);
+                }
                 Wish::Quit => event_loop.exit(),
                 // While the device is made anew there is nobody to do it.
                 Wish::Screenshot(_) if self.studio.is_none() => self.session.wishes.push(wish),

@@ -17,6 +17,7 @@ impl App {
         let beside = self.report.file.as_ref().and_then(|f| f.parent()).map(Path::to_owned);
         let folders: Vec<_> = beside.into_iter().chain([PathBuf::from("scenes")]).collect();
         self.report.scenes = files::scenes_in(&folders);
+        self.report.maps = files::maps_in(&folders);
         let shipped = [PathBuf::new(), PathBuf::from("scenes/paths")];
         self.report.paths = files::paths_in(&[&folders[..], &shipped].concat());
     }
@@ -35,9 +36,19 @@ impl App {
                 let (name, count) = (path.display(), found.keys().len());
                 self.report.message = format!("loaded {name}: {count} keys; P flies along it");
             }
+            Ok(Content::Map) => {
+                let loaded = self.load_map(path);
+                self.tell(loaded);
+            }
             Err(error) => self.report.message = error.to_string(),
         }
         self.request_redraw();
+    }
+
+    /// Whether there are files that may change.
+    pub fn is_watching(&self) -> bool {
+        let clouds = self.session.scene.clouds.as_ref();
+        self.watched.is_some() || clouds.is_some_and(|field| field.weather.is_some())
     }
 
     /// Looks out for changes of a scene file from now on.
@@ -47,10 +58,23 @@ impl App {
         self.find_scenes();
     }
 
-    /// Loads the scene again where its file has changed; a mistake in it is shown until it is mended.
-    pub fn look_at_file(&mut self) {
-        let Some(watched) = self.watched.as_mut() else { return };
-        if !watched.has_changed() {
+    /// Loads again what has changed on disk: the scene, its weather map. A mistake is shown until it is
+    /// mended.
+    pub fn look_at_files(&mut self) {
+        let map_changed = self.look_at_map();
+        // A scene whose map could not be read may be sound now.
+        let retry =
+            map_changed && self.report.map_mistake.is_none() && self.report.mistake.is_some();
+        let Some(watched) = self.watched.as_mut() else {
+            if map_changed {
+                self.request_redraw();
+            }
+            return;
+        };
+        if !watched.has_changed() && !retry {
+            if map_changed {
+                self.request_redraw();
+            }
             return;
         }
         let path = watched.path().to_owned();
@@ -75,7 +99,8 @@ impl App {
             None => saving::free_name(Path::new(""), "scene", "toml")?,
         };
         crate::output::check_file(&path)?;
-        let text = self.session.seen().to_toml()?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let text = self.session.seen().to_toml_in(folder)?;
         write_atomically(&path, |out| out.write_all(text.as_bytes()))?;
         if self.report.file.as_ref() == Some(&path) {
             // What it says is what is shown already.

@@ -14,7 +14,7 @@ use super::input::Key;
 
 /// A notch of the wheel on devices that count in pixels.
 const PIXELS_PER_NOTCH: f64 = 50.0;
-/// How often the scene's file is looked at.
+/// How often the files of the scene are looked at.
 const LOOK_INTERVAL: Duration = Duration::from_millis(250);
 
 /// The thread that makes pictures has a reply.
@@ -126,11 +126,12 @@ impl ApplicationHandler<Replied> for App {
             self.repaint_at = None;
             self.request_redraw();
         }
-        if self.watched.is_some() && self.look_at <= now {
+        let watching = self.is_watching();
+        if watching && self.look_at <= now {
             self.look_at = now + LOOK_INTERVAL;
-            self.look_at_file();
+            self.look_at_files();
         }
-        let look_at = self.watched.as_ref().map(|_| self.look_at);
+        let look_at = watching.then_some(self.look_at);
         let next = [self.repaint_at, look_at].into_iter().flatten().min();
         event_loop.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }

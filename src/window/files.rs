@@ -14,21 +14,33 @@ pub(super) enum Content {
     Scene(Box<Scene>),
     /// A camera path.
     Path(CameraPath),
+    /// An image, for a weather map.
+    Map,
 }
+
+/// The ending of images' names, in lower case.
+const IMAGE: &str = "png";
 
 /// Reads a file of any kind that the window knows. `shapes` are those of the tables.
 pub(super) fn read(path: &Path, shapes: &[String]) -> Result<Content> {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let extension = extension(path);
+    if extension == IMAGE {
+        return Ok(Content::Map);
+    }
     if !path.is_dir() && extension != "toml" {
         return Err(Error::input(
             path.display().to_string(),
-            "expected a scene or a camera path, a name that ends in .toml",
+            "expected a scene or a camera path, a name that ends in .toml, or a weather map, .png",
         ));
     }
     if names(path, "keys") {
         return Ok(Content::Path(CameraPath::load(path)?));
     }
     Ok(Content::Scene(Box::new(scene(path, shapes)?)))
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
 /// Reads a scene that can be rendered with these shapes.
@@ -58,8 +70,17 @@ pub(super) fn paths_in(folders: &[PathBuf]) -> Vec<PathBuf> {
     found_in(folders, "keys")
 }
 
+/// Images in these folders, by name.
+pub(super) fn maps_in(folders: &[PathBuf]) -> Vec<PathBuf> {
+    all_in(folders, |path| extension(path) == IMAGE)
+}
+
 /// TOML files with this key at their top.
 fn found_in(folders: &[PathBuf], key: &str) -> Vec<PathBuf> {
+    all_in(folders, |path| path.extension().is_some_and(|e| e == "toml") && names(path, key))
+}
+
+fn all_in(folders: &[PathBuf], is_one: impl Fn(&Path) -> bool) -> Vec<PathBuf> {
     let mut found: Vec<PathBuf> = folders
         .iter()
         .filter_map(|folder| {
@@ -67,16 +88,18 @@ fn found_in(folders: &[PathBuf], key: &str) -> Vec<PathBuf> {
             Some(std::fs::read_dir(here).ok()?.flatten().map(|e| folder.join(e.file_name())))
         })
         .flatten()
-        .filter(|path| path.extension().is_some_and(|e| e == "toml") && names(path, key))
+        .filter(|path| is_one(path))
         .collect();
     found.sort();
     found.dedup();
     found
 }
 
-/// A scene file on disk, and the file of particles that it names.
+/// A scene file on disk and the file of particles that it names, or another file.
 pub(super) struct Watched {
     path: PathBuf,
+    /// Whether the file may name others.
+    alone: bool,
     files: Vec<PathBuf>,
     /// As they were read.
     known: Stamps,
@@ -96,7 +119,14 @@ impl Watched {
         let folder = path.parent().unwrap_or(Path::new(""));
         files.extend(particles.map(|name| folder.join(name)));
         let known = stamps(&files);
-        Self { path: path.to_owned(), files, seen: known.clone(), known }
+        Self { path: path.to_owned(), alone: false, files, seen: known.clone(), known }
+    }
+
+    /// The same for a file that names no others.
+    pub fn alone(path: &Path) -> Self {
+        let files = vec![path.to_owned()];
+        let known = stamps(&files);
+        Self { path: path.to_owned(), alone: true, files, seen: known.clone(), known }
     }
 
     /// The scene file.
@@ -113,7 +143,8 @@ impl Watched {
             return false;
         }
         // Whatever is made of it, it is not read again before the next change.
-        *self = Self::new(&self.path.clone());
+        let again = if self.alone { Self::alone } else { Self::new };
+        *self = again(&self.path.clone());
         true
     }
 }
@@ -152,6 +183,7 @@ mod tests {
             ("path.toml", path),
             ("a.txt", SCENE),
             ("shaped.toml", &shaped),
+            ("map.PNG", "an image, as long as nobody reads it"),
         ];
         let dir = folder(&files);
         let read = |name: &str| read(&dir.path().join(name), &["uniform".to_owned()]);
@@ -166,6 +198,8 @@ mod tests {
         let found = scenes_in(&[dir.path().to_owned(), dir.path().to_owned()]);
         let names = ["scene.toml", "shaped.toml"].map(|n| dir.path().join(n));
         assert_eq!(found, names, "each once, and no paths");
+        assert!(matches!(read("map.PNG"), Ok(Content::Map)));
+        assert_eq!(maps_in(&[dir.path().to_owned()]), [dir.path().join("map.PNG")]);
         assert_eq!(paths_in(&[dir.path().to_owned()]), [dir.path().join("path.toml")]);
     }
 

@@ -16,6 +16,7 @@ mod files;
 mod flight_path;
 mod graphics;
 mod input;
+mod maps;
 mod overlay;
 mod panel;
 mod saving;

@@ -10,6 +10,7 @@ mod path;
 mod sky;
 mod tables;
 mod time;
+mod weather;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -56,6 +57,10 @@ pub(super) struct Report {
     pub message: String,
     /// What is wrong with the scene's file, until it is mended.
     pub mistake: Option<String>,
+    /// What is wrong with the weather map's file, until it is mended.
+    pub map_mistake: Option<String>,
+    /// Weather maps to choose from.
+    pub maps: Vec<PathBuf>,
     /// The scene's file.
     pub file: Option<PathBuf>,
     /// Scenes to choose from.
@@ -78,14 +83,17 @@ pub(super) struct Report {
 
 /// Shows the panel; changes what is touched and nothing else.
 pub(super) fn show(ctx: &Context, session: &mut Session, report: &Report) {
-    if let Some(mistake) = &report.mistake {
+    let mistakes: Vec<_> = [&report.mistake, &report.map_mistake].into_iter().flatten().collect();
+    if !mistakes.is_empty() {
         Window::new("Mistake in the file")
             .anchor(Align2::CENTER_BOTTOM, [0.0, -8.0])
             .collapsible(false)
             .resizable(false)
             .show(ctx, |ui| {
-                ui.colored_label(Color32::LIGHT_RED, mistake);
-                ui.weak("the last good scene goes on; save the file again when it is mended");
+                for mistake in mistakes {
+                    ui.colored_label(Color32::LIGHT_RED, mistake);
+                }
+                ui.weak("the last good one goes on; save the file again when it is mended");
             });
     }
     if let Some(stage) = report.stage.as_ref().filter(|_| !report.has_picture) {
@@ -143,7 +151,7 @@ fn contents(ui: &mut Ui, session: &mut Session, report: &Report) {
     section("Sky and ground", false).show(ui, |ui| {
         sky::sky(ui, &mut session.scene, &session.start);
     });
-    section("Clouds", true).show(ui, |ui| clouds::clouds(ui, session, &report.shapes));
+    section("Clouds", true).show(ui, |ui| clouds::clouds(ui, session, report));
     section("Medium", false).show(ui, |ui| clouds::medium(ui, session));
     section("Listed particles", false).show(ui, |ui| {
         camera::particles(ui, session, &report.shapes);

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::output::Format;
+use crate::scene::Channel;
 
 /// Something to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +18,8 @@ pub(super) enum Wish {
     SavePath,
     /// Load this file, whatever it is.
     Open(PathBuf),
+    /// Let the colours of the weather map mean this.
+    TakeChannels(Vec<Channel>),
     /// Throw the device away, as a driver that is reset does, and go on with a new one.
     LoseDevice,
 }

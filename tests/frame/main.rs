@@ -7,6 +7,7 @@ mod march;
 mod passes;
 mod picture;
 mod reuse;
+mod shader_branches;
 mod shaders;
 mod slices;
 mod stress;

@@ -15,3 +15,4 @@ mod scan;
 mod shadow;
 mod sort;
 mod tile_lists;
+mod weather;

@@ -2,39 +2,43 @@
 
 use cumuli::frame::cpu;
 use cumuli::frame::gpu_data::{CloudUniforms, Particle, ParticleCount};
-use cumuli::frame::rings::{FieldShape, RingPass, particle_count_buffer, uniforms};
+use cumuli::frame::rings::{FieldShape, PlacedField, RingPass, particle_count_buffer};
 use cumuli::frame::scan::ScanPass;
+use cumuli::frame::weather::WeatherBuffer;
 use cumuli::gpu::buffers;
 use cumuli::scene::CloudField;
 use glam::DVec3;
 
 use crate::common::{gpu, library, submit};
 
-const SHAPES: [FieldShape; 3] = [
+pub const SHAPES: [FieldShape; 3] = [
     FieldShape { index: 1, mean_density: 0.3 },
     FieldShape { index: 0, mean_density: 1.0 },
     FieldShape { index: 4, mean_density: 0.17 },
 ];
 /// Slots before the field's own, and a mark in them and behind the last.
-const FIRST_SLOT: u32 = 3;
+pub const FIRST_SLOT: u32 = 3;
 const UNTOUCHED: u32 = 0xabad_cafe;
 const TEN_YEARS: f64 = 10.0 * 365.25 * 86400.0;
 
-fn on_device(clouds: &CloudUniforms) -> (ParticleCount, Vec<Particle>) {
+fn on_device(field: &PlacedField) -> (ParticleCount, Vec<Particle>) {
+    let clouds = &field.uniforms;
+    let mut weather = WeatherBuffer::new(gpu());
+    weather.hold(gpu(), field.weather.as_ref());
     let scan = ScanPass::new(gpu(), library()).expect("the scan");
-    let rings = RingPass::new(gpu(), library()).expect("the rings");
+    let rings = RingPass::new(gpu(), library(), weather.layout()).expect("the rings");
     // One slot more than the pass may fill.
     let slots = clouds.capacity as usize + 1;
     let marks = vec![UNTOUCHED; slots * size_of::<Particle>() / size_of::<u32>()];
     let particles = buffers::storage_with(gpu(), "particles", &marks);
     let count = particle_count_buffer(gpu(), 0);
     let job = rings.job(gpu(), &scan, clouds.columns, &particles, &count);
-    submit(|pass| rings.encode(gpu(), pass, &scan, &job, clouds));
+    submit(|pass| rings.encode(gpu(), pass, &scan, (&job, field), &weather));
     let count = gpu().read_buffer::<ParticleCount>(&count, 1).expect("the count")[0];
     (count, gpu().read_buffer(&particles, slots).expect("particles"))
 }
 
-fn small_field() -> CloudField {
+pub fn small_field() -> CloudField {
     CloudField { cells: 24, rings: 3, layers: 5, coverage: 0.4, ..CloudField::default() }
 }
 
@@ -68,9 +72,11 @@ fn difference(clouds: &CloudUniforms, a: &Particle, b: &Particle) -> f32 {
         ))
 }
 
-fn compare(name: &str, clouds: &CloudUniforms) {
-    let (count, slots) = on_device(clouds);
-    let twins = cpu::rings::particles(clouds);
+/// Compares a field's particles from the device with those of the twin.
+pub fn compare(name: &str, field: &PlacedField) {
+    let clouds = &field.uniforms;
+    let (count, slots) = on_device(field);
+    let twins = cpu::rings::particles(field);
     assert!(twins.len() > 200, "{name}: too few particles to tell: {}", twins.len());
     let found = count.particles as usize;
     assert_eq!(count.particles, count.wanted, "{name}");
@@ -127,16 +133,17 @@ fn particles_are_those_of_the_twin() {
         ("above the clouds", &default, DVec3::new(5.0, 12_000.0, 9.0), 60.0),
     ];
     for (name, field, camera, time) in cases {
-        compare(name, &uniforms(field, camera, time, &SHAPES, FIRST_SLOT, 1 << 13));
+        compare(name, &PlacedField::new(field, camera, time, &SHAPES, FIRST_SLOT, 1 << 13));
     }
 }
 
 #[test]
 fn capacity_cuts_and_is_reported() {
-    let all = uniforms(&small_field(), DVec3::Y, 0.0, &SHAPES, FIRST_SLOT, 1 << 13);
+    let all = PlacedField::new(&small_field(), DVec3::Y, 0.0, &SHAPES, FIRST_SLOT, 1 << 13);
     let (whole, slots) = on_device(&all);
     let room = whole.particles / 2;
-    let (cut, few) = on_device(&CloudUniforms { capacity: room, ..all });
+    let uniforms = CloudUniforms { capacity: room, ..all.uniforms };
+    let (cut, few) = on_device(&PlacedField { uniforms, ..all });
     assert_eq!((cut.particles, cut.wanted), (room, whole.wanted));
     assert_eq!(few[..room as usize], slots[..room as usize], "the first ones stay as they are");
     let behind = bytemuck::cast_slice::<_, u32>(&few[room as usize..]);

@@ -95,5 +95,6 @@ attacks! {
     particle_lists, a_million_particle_lists, readers::PARTICLES;
     camera_paths, a_million_camera_paths, readers::PATHS;
     tables, a_million_tables, readers::TABLES;
+    weather_maps, a_million_weather_maps, readers::MAPS;
     rays, a_million_ray_files, readers::RAYS;
 }

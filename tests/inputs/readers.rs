@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use cumuli::medium::Phase;
-use cumuli::scene::{CameraPath, Scene};
+use cumuli::scene::{CameraPath, Channel, Scene, WeatherImage};
 use cumuli::tables::optical_depth::OpticalDepthOptions;
 use cumuli::tables::{BakeOptions, ScatteringOptions, Silent, TableSet, rays};
+use image::ImageEncoder;
 
 /// What inputs are called in errors.
 pub const PLACE: &str = "input";
@@ -31,7 +32,9 @@ pub const SCENES: Reader = Reader {
         seeds.push(include_bytes!("../scene_files/every_field.toml").to_vec());
         // A file that it names is not there.
         let text = String::from_utf8_lossy(&seeds[3]).replace("particles_file", "# particles_file");
-        seeds[3] = text.into_bytes();
+        // Nor is its map, whose pixels have an attack of their own.
+        let (before, _) = text.split_once("[clouds.weather]").expect("a map, at the end");
+        seeds[3] = before.as_bytes().to_vec();
         seeds
     },
     read: |bytes| {
@@ -125,6 +128,36 @@ pub const RAYS: Reader = Reader {
     read: |bytes| rays::parse(bytes, PLACE).map(|_| ()),
     multiple: 16,
     constant: 1 << 14,
+};
+
+/// A decoder of PNG files has buffers of a fixed size, and a hundred bytes of a file can hold a thousand
+/// pixels of the same colour; each takes at most 12 bytes, as read and as kept.
+pub const MAPS: Reader = Reader {
+    name: "weather maps",
+    seeds: || {
+        let png = |size: [u32; 2], colour: image::ExtendedColorType, bytes: &[u8]| {
+            let mut file = Vec::new();
+            let encoder = image::codecs::png::PngEncoder::new(&mut file);
+            encoder.write_image(bytes, size[0], size[1], colour).expect("encoded");
+            file
+        };
+        let motley: Vec<u8> = (0..3 * 16 * 16).map(|i: u32| (i * i * 31 % 251) as u8).collect();
+        vec![
+            png([1, 1], image::ExtendedColorType::L8, &[7]),
+            png([16, 48], image::ExtendedColorType::L8, &motley),
+            png([16, 16], image::ExtendedColorType::Rgb8, &motley),
+            png([8, 16], image::ExtendedColorType::Rgb16, &motley),
+            png([24, 16], image::ExtendedColorType::La8, &motley),
+        ]
+    },
+    read: |bytes| {
+        let map = WeatherImage::from_bytes(bytes, PLACE, &[Channel::Coverage])?;
+        let [width, height] = map.size();
+        assert_eq!(map.texels().len(), width as usize * height as usize);
+        Ok(())
+    },
+    multiple: 64,
+    constant: 1 << 20,
 };
 
 fn from_tree(path: &str) -> Vec<u8> {

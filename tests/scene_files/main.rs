@@ -4,6 +4,7 @@ mod any_text;
 mod bad_files;
 mod bad_values;
 mod meaning;
+mod weather;
 
 use std::path::{Path, PathBuf};
 

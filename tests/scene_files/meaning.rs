@@ -1,8 +1,13 @@
 //! What a good file means.
 
+use std::sync::Arc;
+
 use cumuli::medium::Phase;
-use cumuli::scene::{Camera, CloudField, Ground, Medium, ParticleSpec, Scene, Sky, Sun};
-use glam::{DQuat, DVec3};
+use cumuli::scene::{
+    Camera, Channel, CloudField, Ground, Medium, Outside, ParticleSpec, Scene, Sky, Sun,
+    WeatherImage, WeatherMap,
+};
+use glam::{DQuat, DVec2, DVec3};
 
 use super::{EVERY_FIELD, SMALLEST, parse, root, shipped};
 
@@ -73,6 +78,16 @@ fn every_field_is_read() {
             wind: DVec3::new(1.0, -2.0, 3.0),
             evolution_time: 600.0,
             shapes: vec!["uniform".to_owned(), "pyroclastic-3".to_owned()],
+            weather: Some(WeatherMap {
+                file: "tests/scene_files/every_field.png".into(),
+                extent: DVec2::new(40_000.0, 20_000.0),
+                centre: DVec2::new(-1500.0, 2500.0),
+                outside: Outside::Clear,
+                channels: vec![Channel::Height, Channel::Unused, Channel::Coverage],
+                noise: 0.75,
+                // Blue is coverage, red is height.
+                image: Arc::new(WeatherImage::new([2, 1], vec![0xff10_8080, 0xff20_ffff])),
+            }),
         }),
         exposure: -1.5,
     };
@@ -110,6 +125,7 @@ fn what_is_left_out_has_its_default() {
         wind: DVec3::new(5.0, 0.0, 0.0),
         evolution_time: 900.0,
         shapes: Vec::new(),
+        weather: None,
     };
     assert_eq!(field, Some(expected));
 }

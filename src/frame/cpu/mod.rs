@@ -18,3 +18,4 @@ pub mod sky_march;
 pub mod sort;
 pub mod tile_lists;
 pub mod tonemap;
+pub mod weather;

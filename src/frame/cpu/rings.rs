@@ -3,7 +3,9 @@
 use glam::{IVec2, IVec3, Quat, UVec2, Vec2, Vec3};
 
 use super::noise::{hash, hash_combine, unit_float};
+use super::weather::{WeatherAt, map_excess, weather_at};
 use crate::frame::gpu_data::{CloudUniforms, Particle, Ring};
+use crate::frame::rings::PlacedField;
 
 const GROWTH_SEEN: f32 = 0.2;
 const GROWTH_DENSE: f32 = 0.45;
@@ -84,12 +86,13 @@ fn uniform_rotation(u: Vec3) -> Quat {
 
 /// The particle in one layer of one cell, if there is one.
 pub fn candidate(
-    clouds: &CloudUniforms,
+    field: &PlacedField,
     ring_index: u32,
     ring: &Ring,
     cell_in_ring: UVec2,
     layer: u32,
 ) -> Option<Particle> {
+    let clouds = &field.uniforms;
     let cell = IVec2::new(
         ring.first_cell[0].wrapping_add(cell_in_ring.x as i32),
         ring.first_cell[1].wrapping_add(cell_in_ring.y as i32),
@@ -112,9 +115,20 @@ pub fn candidate(
     }
     let scale = 1_i32 << ring_index;
     let place = IVec2::new(cell.x.wrapping_mul(scale), cell.y.wrapping_mul(scale));
-    let noise = coverage_noise::at(clouds, place, jitter_flat * scale as f32);
-    let excess = ((noise - clouds.threshold) * clouds.inverse_range).clamp(0.0, 1.0);
-    let height = clouds.thickness * excess * (2.0 - excess);
+    let offset = jitter_flat * scale as f32;
+    let mut weather = WeatherAt { coverage: 1.0, height: 1.0, extinction: 1.0 };
+    if let Some(map) = &field.weather {
+        weather = weather_at(&clouds.map, map, ring, cell_in_ring, offset);
+        if weather.coverage <= 0.0 || weather.extinction <= 0.0 {
+            return None;
+        }
+    }
+    let noise = coverage_noise::at(clouds, place, offset);
+    let excess = match &field.weather {
+        Some(map) => map_excess(&clouds.map, map, noise, weather.coverage),
+        None => ((noise - clouds.threshold) * clouds.inverse_range).clamp(0.0, 1.0),
+    };
+    let height = clouds.thickness * excess * (2.0 - excess) * weather.height;
     let altitude = (layer as f32 + 0.5 + HEIGHT_JITTER * (jitter.y - 0.5)) * ring.layer_height;
     let growth = ((height - altitude) / ring.layer_height + 0.5).clamp(0.0, 1.0);
     if growth <= GROWTH_SEEN {
@@ -128,6 +142,7 @@ pub fn candidate(
     }
     let shape = clouds.shape_list[(h4 % clouds.shapes.max(1)) as usize];
     let extinction = clouds.extinction
+        * weather.extinction
         * weight
         * smoothstep([GROWTH_SEEN, GROWTH_DENSE], growth)
         * smoothstep([LEAST_RADIUS * largest, DENSE_RADIUS * largest], radius);
@@ -148,18 +163,19 @@ pub fn candidate(
 }
 
 /// All particles of the field, in the device's order.
-pub fn particles(clouds: &CloudUniforms) -> Vec<Particle> {
-    (0..clouds.rings).flat_map(|index| particles_of_ring(clouds, index)).collect()
+pub fn particles(field: &PlacedField) -> Vec<Particle> {
+    (0..field.uniforms.rings).flat_map(|index| particles_of_ring(field, index)).collect()
 }
 
 /// Those of one ring; of none where there is no such ring.
-pub fn particles_of_ring(clouds: &CloudUniforms, index: u32) -> Vec<Particle> {
+pub fn particles_of_ring(field: &PlacedField, index: u32) -> Vec<Particle> {
+    let clouds = &field.uniforms;
     let mut result = Vec::new();
     let Some(ring) = clouds.ring.get(index as usize) else { return result };
     for z in 0..clouds.cells {
         for x in 0..clouds.cells {
             for layer in 0..ring.layers {
-                result.extend(candidate(clouds, index, ring, UVec2::new(x, z), layer));
+                result.extend(candidate(field, index, ring, UVec2::new(x, z), layer));
             }
         }
     }

@@ -7,8 +7,9 @@ use glam::DVec3;
 use super::levels::{Levels, fitting, of_field, of_list};
 use super::pass::light_words;
 use crate::Result;
-use crate::frame::gpu_data::{CloudUniforms, GRID_LEVELS, LightGridUniforms, Particle};
+use crate::frame::gpu_data::{GRID_LEVELS, LightGridUniforms, Particle};
 use crate::frame::population::Shapes;
+use crate::frame::rings::PlacedField;
 use crate::medium::{Shape, Truncation};
 use crate::scene::Scene;
 
@@ -78,7 +79,7 @@ pub struct GridInputs {
     /// Uniforms of the passes.
     pub uniforms: LightGridUniforms,
     /// The cloud field around the anchor.
-    pub clouds: Option<CloudUniforms>,
+    pub clouds: Option<PlacedField>,
     /// Listed particles, relative to the anchor.
     pub listed: Vec<Particle>,
     /// Turns of scattering and sweeping.
@@ -149,7 +150,7 @@ impl GridInputs {
             scale_field(clouds, scale);
         }
         let densest = listed.iter().map(|p| p.extinction).fold(0.0f32, f32::max);
-        let densest = clouds.as_ref().map_or(densest, |c| densest.max(c.extinction));
+        let densest = clouds.as_ref().map_or(densest, |c| densest.max(c.uniforms.extinction));
         let overlaps = if clouds.is_some() { MOST_OVERLAPS } else { listed.len() as f64 + 1.0 };
         let mut uniforms = <LightGridUniforms as bytemuck::Zeroable>::zeroed();
         let [x, y, z] = scene.sun.direction.as_vec3().to_array();
@@ -184,7 +185,8 @@ impl GridInputs {
     /// Whether a solution of these inputs may stand for that of others for a while: the same cells
     /// over nearly the same matter.
     pub fn is_near(&self, other: &Self) -> bool {
-        let length = |i: &Self| i.clouds.map_or(0.0, |c| f64::from(c.ring[0].cell_size));
+        let length =
+            |i: &Self| i.clouds.as_ref().map_or(0.0, |c| f64::from(c.uniforms.ring[0].cell_size));
         let beside = (self.start - other.start).abs().max_element();
         self.levels.levels == other.levels.levels
             && self.listed == other.listed
@@ -217,6 +219,6 @@ pub fn scale_particles(particles: &mut [Particle], scale: f64) {
 }
 
 /// Scales the extinction of a cloud field.
-pub fn scale_field(clouds: &mut CloudUniforms, scale: f64) {
-    clouds.extinction *= scale as f32;
+pub fn scale_field(clouds: &mut PlacedField, scale: f64) {
+    clouds.uniforms.extinction *= scale as f32;
 }

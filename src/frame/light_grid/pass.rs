@@ -7,6 +7,7 @@ use super::inputs::Spreads;
 use crate::Result;
 use crate::frame::gpu_data::GridEye;
 use crate::frame::passes::Passes;
+use crate::frame::weather::WeatherBuffer;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
 use crate::medium::Halo;
 
@@ -139,13 +140,13 @@ impl LightGridPass {
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        passes: &Passes,
+        (passes, weather): (&Passes, &WeatherBuffer),
         grid: &LightGrid,
         work: &GridWork,
     ) {
         let Some(solution) = grid.making(work) else { return };
         if work.steps.start == 0 {
-            self.encode_matter(gpu, encoder, passes, solution);
+            self.encode_matter(gpu, encoder, (passes, weather), solution);
         }
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("light grid"),
@@ -190,7 +191,7 @@ impl LightGridPass {
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        passes: &Passes,
+        (passes, weather): (&Passes, &WeatherBuffer),
         Solution { job, inputs }: &Solution,
     ) {
         gpu.queue.write_buffer(&job.uniforms, 0, bytemuck::bytes_of(&inputs.uniforms));
@@ -206,7 +207,7 @@ impl LightGridPass {
         });
         let pass = &mut pass;
         if let (Some(ring_job), Some(clouds)) = (&job.rings, &inputs.clouds) {
-            passes.rings.encode(gpu, pass, &passes.lists.scan, ring_job, clouds);
+            passes.rings.encode(gpu, pass, &passes.lists.scan, (ring_job, clouds), weather);
         }
         let most = if inputs.clouds.is_some() { job.grid_size.capacity } else { listed };
         pass.set_bind_group(0, &job.splat, &[]);

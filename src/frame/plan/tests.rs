@@ -1,13 +1,15 @@
 use bytemuck::Zeroable;
 
 use super::*;
-use crate::frame::gpu_data::{CloudUniforms, FrameUniforms, LightView, ShadowUniforms};
+use crate::frame::gpu_data::{FrameUniforms, LightView, ShadowUniforms};
 use crate::frame::in_view::InView;
+use crate::frame::rings::PlacedField;
+use crate::scene::CloudField;
 
 fn key() -> FrameKey {
     FrameKey {
         frame: FrameUniforms { has_ground: 1, ..FrameUniforms::zeroed() },
-        clouds: Some(CloudUniforms::zeroed()),
+        clouds: Some(PlacedField::new(&CloudField::default(), glam::DVec3::ZERO, 0.0, &[], 0, 0)),
         listed: Vec::new(),
         light: LightView::zeroed(),
         shadow: ShadowUniforms::zeroed(),
@@ -99,7 +101,7 @@ fn what_is_out_of_view_waits_until_it_is_seen() {
     let mut now = key();
     let moving = |now: &mut FrameKey| {
         if let Some(clouds) = &mut now.clouds {
-            clouds.base += 1.0;
+            clouds.uniforms.base += 1.0;
         }
     };
     let shadows = [Pass::Rings, Pass::Project, Pass::Sort, Pass::TileLists, Pass::Shadow];

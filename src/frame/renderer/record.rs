@@ -55,6 +55,7 @@ impl Renderer {
         let frame = FrameUniforms { light_epoch: self.light_epoch, phase, in_place, ..key.frame };
         let gpu = &self.gpu;
         let passes = &self.passes;
+        self.weather.hold(gpu, key.clouds.as_ref().and_then(|c| c.weather.as_ref()));
         gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&frame));
         resources.write_view(gpu, &key.light);
         gpu.queue.write_buffer(&self.shadow.uniforms, 0, bytemuck::bytes_of(&key.shadow));
@@ -96,7 +97,8 @@ impl Renderer {
                     return self.sky.encode(encoder, sky);
                 }
                 if pass == Pass::LightGrid {
-                    return passes.light_grid.encode_solve(gpu, encoder, passes, &self.grid, grid);
+                    let with = (passes, &self.weather);
+                    return passes.light_grid.encode_solve(gpu, encoder, with, &self.grid, grid);
                 }
                 if pass == Pass::Blend {
                     let Some(field) = self.grid.bind_group() else { return };
@@ -117,7 +119,8 @@ impl Renderer {
                     }
                     Pass::Rings => {
                         if let (Some(job), Some(clouds)) = (&resources.rings, &key.clouds) {
-                            passes.rings.encode(gpu, compute, &passes.lists.scan, job, clouds);
+                            let scan = &passes.lists.scan;
+                            passes.rings.encode(gpu, compute, scan, (job, clouds), &self.weather);
                         }
                     }
                     Pass::Project => {

@@ -1,14 +1,14 @@
 //! The cloud field and its medium.
 
-use egui::{Grid, Ui};
+use egui::{CollapsingHeader, Grid, Ui};
 
-use super::field;
+use super::{Report, field, weather};
 use crate::medium::Phase;
-use crate::scene::{CloudField, limits};
+use crate::scene::{CloudField, WeatherMap, limits};
 use crate::window::session::Session;
 
 /// The field: every number of it.
-pub(super) fn clouds(ui: &mut Ui, session: &mut Session, shapes: &[String]) {
+pub(super) fn clouds(ui: &mut Ui, session: &mut Session, report: &Report) {
     let start = session.start.clouds.clone();
     let mut there = session.scene.clouds.is_some();
     ui.checkbox(&mut there, "a field of clouds around the camera");
@@ -22,9 +22,17 @@ pub(super) fn clouds(ui: &mut Ui, session: &mut Session, shapes: &[String]) {
         numbers(ui, clouds, &start);
         cells(ui, clouds, &start);
     });
-    ui.collapsing("shapes", |ui| names(ui, clouds, shapes));
-    // Each number is in its range, but their product may not be.
-    if clouds.slots() > limits::MOST_SLOTS {
+    let wishes = &mut session.wishes;
+    CollapsingHeader::new("weather map")
+        .open(session.unfold.then_some(true))
+        .show(ui, |ui| weather::weather(ui, clouds, &start, report, wishes));
+    ui.collapsing("shapes", |ui| names(ui, clouds, &report.shapes));
+    // Each number is in its range, but they may not go together.
+    let less_than_a_cell = |map: &WeatherMap, cell: f64| map.extent.min_element() < cell;
+    let cell = clouds.cell_size;
+    if clouds.slots() > limits::MOST_SLOTS
+        || clouds.weather.as_ref().is_some_and(|map| less_than_a_cell(map, cell))
+    {
         *clouds = before;
     }
 }
@@ -39,7 +47,7 @@ fn numbers(ui: &mut Ui, clouds: &mut CloudField, start: &CloudField) {
         )*};
     }
     numbers! {
-        coverage, COVERAGE, "coverage", "share of the sky that is covered";
+        coverage, COVERAGE, "coverage", "share of the sky that is covered; with a weather map, where it is white";
         base, CLOUD_BASE, "base", "altitude of the flat bases";
         thickness, CLOUD_THICKNESS, "thickness", "height of the tallest cloud";
         extinction, EXTINCTION, "extinction", "at density 1";

@@ -1,6 +1,6 @@
 use super::*;
 use crate::frame::{Counters, PassTime};
-use crate::scene::{CloudField, ParticleSpec, Scene};
+use crate::scene::{Channel, CloudField, Outside, ParticleSpec, Scene, WeatherImage, WeatherMap};
 
 fn report() -> Report {
     let pass = |name: &str, ran, milliseconds| PassTime {
@@ -21,6 +21,7 @@ fn report() -> Report {
         },
         message: "a message".to_owned(),
         mistake: Some("line 3: a mistake".to_owned()),
+        map_mistake: Some("no image".to_owned()),
         shapes: vec!["uniform".to_owned(), "soft-1".to_owned()],
         ..Report::default()
     }
@@ -49,7 +50,17 @@ fn shown(session: &mut Session, events: Vec<Vec<egui::Event>>) -> String {
 }
 
 fn session() -> Session {
-    let clouds = Some(CloudField { coverage: 0.333_333, ..CloudField::default() });
+    let weather = WeatherMap {
+        file: "some/map.png".into(),
+        extent: glam::DVec2::new(1234.5678, 98.7),
+        centre: glam::DVec2::new(-3e10, 1.0 / 3.0),
+        outside: Outside::Edge,
+        channels: vec![Channel::Unused, Channel::Height],
+        noise: 0.123_456_789,
+        image: Arc::new(WeatherImage::new([3, 7], vec![0; 21])),
+    };
+    let clouds =
+        Some(CloudField { coverage: 0.333_333, weather: Some(weather), ..CloudField::default() });
     let mut session = Session::new(Scene { clouds, ..Scene::default() }, 1234.567);
     // Values that sliders would round or pull into their range.
     session.scene.exposure = 20.5;
@@ -105,6 +116,10 @@ fn showing_it_changes_nothing() {
         "fly along the camera path",
         "4321, 0 in view",
         "line 3: a mistake",
+        "no image",
+        "some/map.png",
+        "3 x 7",
+        "green",
     ] {
         assert!(text.contains(part), "{text} lacks {part}");
     }

@@ -101,7 +101,7 @@ fn by_ring(scene: &Scene, tables: &TableSet, time: f64) -> Result<Vec<Disc>> {
     let last = RING_COLOURS[RING_COLOURS.len() - 1];
     let mut discs: Vec<_> = listed.iter().map(|p| Disc::of(p.centre, p.radius, last)).collect();
     if let Some(clouds) = shapes.field(scene, time, 0, u32::MAX)? {
-        for index in 0..clouds.rings {
+        for index in 0..clouds.uniforms.rings {
             let colour = RING_COLOURS[index as usize % RING_COLOURS.len()];
             let particles = rings::particles_of_ring(&clouds, index);
             discs.extend(particles.iter().map(|p| Disc::of(p.centre, p.radius, colour)));
