@@ -59,8 +59,8 @@ const VOLUME_NODES: f32 = 64.0;
 const VOLUMES_DEEP: u32 = 32u;
 // Radii on screen, in pixels, below which the first and the second filtered copy of thin matter are
 // read, and the optical radii at which they are half of that; the twin tells why.
-const COPY_PIXELS = vec2<f32>(12.0, 5.5);
-const COPY_DEPTHS = vec2<f32>(16.0, 3.0);
+const COPY_PIXELS = vec2<f32>(12.0, 5.0);
+const COPY_DEPTHS = vec2<f32>(12.0, 2.0);
 
 // Square root of the mean density, start and end of the matter in the table's direction.
 fn table_channels(shape: u32, disc: vec2<f32>, direction: vec2<f32>) -> vec3<f32> {
