@@ -27,7 +27,7 @@
 @group(0) @binding(3) var<storage, read> lights: array<ParticleLight>;
 @group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
 @group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
-@group(0) @binding(6) var<storage, read_write> counts: array<atomic<u32>>; // [0] look-ups, [1] pixels, [2] empty tiles
+@group(0) @binding(6) var<storage, read_write> counts: array<atomic<u32>>; // [0] look-ups, [1] pixels, [2] empty tiles, [3] pixels cut
 @group(0) @binding(7) var radiance_out: texture_storage_2d<rgba32float, write>; // rgb, transmittance
 @group(0) @binding(8) var distance_out: texture_storage_2d<r32float, write>;    // m, opacity-weighted
 
@@ -97,16 +97,22 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         // A particle is the smallest in no more blocks than its diameter is long, and the two at
         // its ends.
         let most = (end - low) * (2u * STEPS / u32(BINS) + 3u);
+        // Drivers may end loops before their time (lavapipe after 65535 turns of all loops): told by these.
+        var finished = false;
+        var cut = false;
         for (var block = 0u; block < most; block++) {
             var begin = FAR;
             var smallest = FAR;
             var leading = true;
-            for (var entry = low; entry < end; entry++) {
+            var searched = false;
+            var entry = low;
+            for (; entry < end; entry++) {
                 let index = tile_entries[entry];
                 let centre = particles[index].centre;
                 let radius = particles[index].radius;
                 // No later particle of the list begins before this distance.
                 if length(centre) - radius >= begin + smallest {
+                    searched = true;
                     break;
                 }
                 let span = span_of(centre, radius, dir, far);
@@ -118,7 +124,9 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                     low = entry + 1u;
                 }
             }
+            cut = cut || !(searched || entry >= end);
             if begin >= FAR {
+                finished = true;
                 break;
             }
             since_gap = select(since_gap, 0.0, begin > cursor);
@@ -138,11 +146,14 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             var sun_sum = vec3(0.0);
             var above_sum = vec3(0.0);
             var below_sum = vec3(0.0);
-            for (var entry = low; entry < end; entry++) {
+            var added = false;
+            entry = low;
+            for (; entry < end; entry++) {
                 let index = tile_entries[entry];
                 let centre = particles[index].centre;
                 let radius = particles[index].radius;
                 if length(centre) - radius >= stop {
+                    added = true;
                     break;
                 }
                 let span = span_of(centre, radius, dir, far);
@@ -194,6 +205,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 crowded_low += (1.0 - alone) * low_tau;
                 crowded_high += (1.0 - alone) * high_tau;
             }
+            cut = cut || !(added || entry >= end);
             if matter_sum > 0.0 {
                 if field_at != begin {
                     field = scattered_light(begin * dir - frame.grid_shift.xyz);
@@ -241,10 +253,14 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 }
                 radiance += (sunlight * sun_sum + above * above_sum + below * below_sum) / matter_sum;
                 if transmittance <= frame.transmittance_stop {
+                    finished = true;
                     break;
                 }
             }
             cursor = stop;
+        }
+        if cut || !finished {
+            atomicAdd(&counts[3], 1u);
         }
         atomicAdd(&counts[0], lookups);
         atomicAdd(&counts[1], 1u);

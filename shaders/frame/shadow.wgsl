@@ -17,6 +17,7 @@
 @group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
 @group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
 @group(0) @binding(6) var<storage, read_write> texels: array<vec4<u32>>; // map after map, row after row
+@group(0) @binding(7) var<storage, read_write> cut: atomic<u32>;         // texels whose march a driver ended before its time
 
 const STEPS: u32 = #{STEPS}u; // bins in a radius
 const BINS: f32 = 8.0;               // of a block
@@ -122,15 +123,20 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
     var enough_at = FAR;
     var last = 0.0; // where matter ends
     let most = (end - low) * (2u * STEPS / u32(BINS) + 3u);
+    var finished = low >= end;
+    var is_cut = false;
     for (var block = 0u; block < most; block++) {
         var begin = FAR;
         var smallest = FAR;
         var leading = true;
-        for (var entry = low; entry < end; entry++) {
+        var searched = false;
+        var entry = low;
+        for (; entry < end; entry++) {
             let index = tile_entries[entry];
             let centre = particles[index].centre;
             let radius = particles[index].radius;
             if -dot(centre, towards) - radius >= begin + smallest {
+                searched = true;
                 break;
             }
             let span = span_of(centre, radius, place);
@@ -142,18 +148,23 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
                 low = entry + 1u;
             }
         }
+        is_cut = is_cut || !(searched || entry >= end);
         if begin >= FAR {
+            finished = true;
             break;
         }
         let step = max(smallest / f32(STEPS), LEAST_STEP * abs(begin));
         let stop = begin + BINS * step;
         var tau_low = vec4(0.0);
         var tau_high = vec4(0.0);
-        for (var entry = low; entry < end; entry++) {
+        var added = false;
+        entry = low;
+        for (; entry < end; entry++) {
             let index = tile_entries[entry];
             let centre = particles[index].centre;
             let radius = particles[index].radius;
             if -dot(centre, towards) - radius >= stop {
+                added = true;
                 break;
             }
             let span = span_of(centre, radius, place);
@@ -184,6 +195,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
             tau_high += high_tau;
             last = max(last, b);
         }
+        is_cut = is_cut || !(added || entry >= end);
         for (var bin = 0u; bin < u32(BINS); bin++) {
             let i = bin & 3u;
             let tau = select(tau_low[i], tau_high[i], bin >= 4u);
@@ -198,8 +210,12 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
         }
         cursor = stop;
         if depth >= ENOUGH {
+            finished = true;
             break;
         }
+    }
+    if is_cut || !finished {
+        atomicAdd(&cut, 1u);
     }
     if depth <= 0.0 {
         return ShadowNodes(vec4(1.0), vec4(1.0));

@@ -59,7 +59,7 @@ const VOLUME_NODES: f32 = 64.0;
 const VOLUMES_DEEP: u32 = 32u;
 // Radii on screen, in pixels, below which the first and the second filtered copy of thin matter are
 // read, and the optical radii at which they are half of that; the twin tells why.
-const COPY_PIXELS = vec2<f32>(12.0, 5.0);
+const COPY_PIXELS = vec2<f32>(11.0, 5.0);
 const COPY_DEPTHS = vec2<f32>(12.0, 2.0);
 
 // Square root of the mean density, start and end of the matter in the table's direction.

@@ -22,7 +22,7 @@ pub const NODES: usize = VOLUME_NODES * VOLUME_NODES * VOLUME_NODES;
 /// and these constants are closest there: at an optical radius of 1.5 the error of radiance is 0.754 of that
 /// without copies, that of opacity 0.888; by size alone, below 9 and 3 pixels, 0.757 and 0.898; with 5.5 and 3
 /// for the second copy 0.764 and 0.925. A third one, of 8 nodes along an edge, is closest nowhere.
-pub const COPY_PIXELS: [f32; VOLUMES - 1] = [12.0, 5.0];
+pub const COPY_PIXELS: [f32; VOLUMES - 1] = [11.0, 5.0];
 /// See [`COPY_PIXELS`].
 pub const COPY_DEPTHS: [f32; VOLUMES - 1] = [12.0, 2.0];
 /// Volumes of a shape, the filtered copies among them.
