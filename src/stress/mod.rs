@@ -229,7 +229,7 @@ impl Stress {
         if let Some(made) = &self.made {
             let energy = Energy::new(&case.scene, made);
             row.composed = match like {
-                Some(like) => Some(composed::like(&picture, &like)),
+                Some(like) => Some(composed::like(&picture, &like, case.preset.quality().steps)),
                 None => composed::Composed { made, tables: &self.tables, energy: &energy }
                     .difference(case, &picture, &mut self.air)?,
             };
