@@ -319,7 +319,8 @@ impl Renderer {
         let Some(inputs) = &inputs else { return Ok(Default::default()) };
         let size = GridSize { capacity, columns };
         let (slice, eye) = (settings.slice, scene.camera.position);
-        let order = GridOrder { inputs, size, slice, time, eye };
+        let draft = settings.draft;
+        let order = GridOrder { inputs, size, slice, draft, time, eye };
         Ok(self.grid.prepare(&self.gpu, &self.passes, &order))
     }
 }

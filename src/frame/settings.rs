@@ -116,7 +116,7 @@ const LIVE_SLICE: u32 = 2;
 impl Quality {
     /// The same for frames of a stream.
     pub const fn live(self) -> Self {
-        let grid = GridSettings { slice: LIVE_SLICE, ..self.grid };
+        let grid = GridSettings { slice: LIVE_SLICE, draft: true, ..self.grid };
         Self { grid, pixel_stride: 2, ..self }
     }
 }
@@ -131,7 +131,7 @@ impl Preset {
                 shadow_steps: 2,
                 pixel_stride: 1,
                 shadow_resolution: 96,
-                grid: GridSettings { fineness: 0.5, turns: [9, 5], slice: 0 },
+                grid: GridSettings { fineness: 0.5, turns: [9, 5], slice: 0, draft: false },
             },
             Self::Medium => Quality {
                 steps: 4,
@@ -139,7 +139,7 @@ impl Preset {
                 shadow_steps: 3,
                 pixel_stride: 1,
                 shadow_resolution: 160,
-                grid: GridSettings { fineness: 0.8, turns: [9, 5], slice: 0 },
+                grid: GridSettings { fineness: 0.8, turns: [9, 5], slice: 0, draft: false },
             },
             Self::High => Quality {
                 steps: 6,
@@ -147,7 +147,7 @@ impl Preset {
                 shadow_steps: 4,
                 pixel_stride: 1,
                 shadow_resolution: 256,
-                grid: GridSettings { fineness: 1.4, turns: [9, 5], slice: 0 },
+                grid: GridSettings { fineness: 1.4, turns: [9, 5], slice: 0, draft: false },
             },
             Self::Ultra => Quality {
                 steps: 10,
@@ -155,7 +155,7 @@ impl Preset {
                 shadow_steps: 6,
                 pixel_stride: 1,
                 shadow_resolution: 512,
-                grid: GridSettings { fineness: 1.85, turns: [17, 9], slice: 0 },
+                grid: GridSettings { fineness: 1.85, turns: [17, 9], slice: 0, draft: false },
             },
         }
     }

@@ -271,6 +271,9 @@ impl App {
                 "first picture after {seconds:.3} s, {of_processor:.3} s of processor time"
             );
             self.report.first_picture = seconds;
+            for pass in shown.stats.passes.iter().filter(|pass| pass.ran) {
+                tracing::debug!("first picture: {} {:?} ms", pass.name, pass.milliseconds);
+            }
         }
         let since_last = self.last_picture.replace(now).map(|last| now.duration_since(last));
         if let (Some(interval), true) = (since_last, self.session.is_lively()) {

@@ -137,6 +137,7 @@ impl App {
     /// Shows what came of something.
     pub fn tell(&mut self, done: Result<String>) {
         self.report.message = done.unwrap_or_else(|error| error.to_string());
+        tracing::info!("{}", self.report.message);
         self.request_redraw();
     }
 }

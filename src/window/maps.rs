@@ -55,10 +55,11 @@ impl App {
     pub(super) fn take_channels(&mut self, channels: Vec<Channel>) -> Result<String> {
         let Some(map) = self.map() else { return Ok(String::new()) };
         let map = WeatherMap { channels, ..map.clone() }.read_again()?;
+        let count = map.channels.len();
         if let Some(field) = &mut self.session.scene.clouds {
             field.weather = Some(map);
         }
-        Ok(String::new())
+        Ok(format!("the weather map is read with {count} of its colours"))
     }
 
     /// Looks out for changes of the map that is shown, and of no other.

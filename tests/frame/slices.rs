@@ -1,5 +1,6 @@
 //! The light grid's solution in slices: the last whole one is shown until the next is whole.
 
+use cumuli::frame::light_grid::GridSettings;
 use cumuli::frame::{Picture, Preset, Quality, RenderSettings, Renderer};
 use cumuli::scene::{CloudField, Scene};
 use glam::DVec3;
@@ -17,7 +18,7 @@ fn cumulus() -> Scene {
 
 fn sliced(scene: &Scene) -> Renderer {
     let quality = Preset::Low.quality();
-    let grid = cumuli::frame::light_grid::GridSettings { slice: SLICE, ..quality.grid };
+    let grid = GridSettings { slice: SLICE, ..quality.grid };
     let quality = Some(Quality { grid, ..quality });
     renderer(scene, &RenderSettings { quality, ..Default::default() })
 }
@@ -65,6 +66,42 @@ fn a_sliced_solution_is_the_whole_one_once_it_is_whole() {
     }
     let still = frame(&scene, 20.0);
     assert!(still.stats.passes.iter().all(|p| !p.ran) && bits(&still) == bits(&later));
+}
+
+#[test]
+fn a_window_begins_with_rough_light_and_its_saved_pictures_do_not() {
+    let _turn = alone();
+    let scene = cumulus();
+    let drafting = || {
+        let quality = Preset::Low.quality();
+        let grid = GridSettings { slice: SLICE, draft: true, ..quality.grid };
+        let quality = Some(Quality { grid, ..quality });
+        renderer(&scene, &RenderSettings { quality, ..Default::default() })
+    };
+    let mut live = drafting();
+    let expected = whole(&scene, 0.0);
+    let first = live.render(&scene, 0.0, SIZE).expect("a frame");
+    // Turns of three levels in preset low, and the matter.
+    assert_eq!(progress(&first), [0, 9 + 5 + 5 + 1]);
+    assert!(first.stats.unfinished && bits(&first) != bits(&expected));
+    let mean = |p: &Picture| p.radiance.iter().map(|v| f64::from(v[1])).sum::<f64>();
+    // Some light is still on its way, in the clouds: the sky is as it will be.
+    let share = mean(&first) / mean(&expected);
+    assert!((0.7..1.1).contains(&share), "{share}");
+    let alone = live.render_alone(&scene, 0.0, SIZE).expect("a frame");
+    assert!(bits(&alone) == bits(&expected));
+
+    let mut live = drafting();
+    let mut frames = 0;
+    let last = loop {
+        let picture = live.render(&scene, 0.0, SIZE).expect("a frame");
+        frames += 1;
+        if !picture.stats.unfinished {
+            break picture;
+        }
+    };
+    assert_eq!(frames, 1 + 20 / SLICE, "the draft, then slices");
+    assert!(bits(&last) == bits(&expected));
 }
 
 #[test]

@@ -4,8 +4,10 @@
 #![cfg(all(target_os = "linux", feature = "window"))]
 
 mod display;
+mod drop;
 mod files;
 mod flight;
+mod maps;
 mod views;
 
 use std::path::Path;

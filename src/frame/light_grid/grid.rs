@@ -55,6 +55,8 @@ pub struct GridOrder<'a> {
     pub size: GridSize,
     /// Steps a frame; 0: all.
     pub slice: u32,
+    /// Where nothing that is there serves and steps are spread over frames: a rough solution first.
+    pub draft: bool,
     /// s.
     pub time: f64,
     /// m.
@@ -83,10 +85,15 @@ impl LightGrid {
         } else if !sliced {
             self.drop_next();
             let old = self.shown.take().map(|s| s.job);
-            let job = self.job(gpu, passes, order, old);
-            self.shown = Some(Solution { job, inputs: inputs.clone() });
-            work.steps = 0..inputs.steps();
+            let rough = order.draft && order.slice > 0;
+            let first = if rough { inputs.draft() } else { inputs.clone() };
+            let job = self.job(gpu, passes, &GridOrder { inputs: &first, ..*order }, old);
+            work.steps = 0..first.steps();
             work.solved = true;
+            if first != *inputs {
+                work.progress = [0, inputs.steps()];
+            }
+            self.shown = Some(Solution { job, inputs: first });
         } else {
             let goes_on = |(next, _): &(Solution, u32)| {
                 next.inputs.is_near(inputs)

@@ -28,9 +28,14 @@ pub struct GridSettings {
     pub fineness: f64,
     /// Turns of scattering and sweeping, at least 1: coarsest level, each finer level.
     pub turns: [u32; 2],
+    /// In slices: where there is nothing yet to show meanwhile, a rough solution comes first.
+    pub draft: bool,
     /// Steps of a solution that a frame makes, 0 for all: the matter is one, then every turn.
     pub slice: u32,
 }
+
+/// Turns of a solution for one of a draft, after the first.
+const DRAFT_TURNS: u32 = 4;
 
 /// Radius of the even ball with the same second moment as each shape's density, in its radii.
 #[derive(Clone, Debug, PartialEq)]
@@ -180,6 +185,14 @@ impl GridInputs {
     /// Steps of a solution: the matter, and the turns of all levels.
     pub fn steps(&self) -> u32 {
         1 + (0..self.levels.levels.len()).map(|level| self.turns_of(level)).sum::<u32>()
+    }
+
+    /// The same with a few turns: light that is about right, in less than half of the time.
+    pub fn draft(&self) -> Self {
+        Self {
+            turns: self.turns.map(|turns| 1 + turns.saturating_sub(1) / DRAFT_TURNS),
+            ..self.clone()
+        }
     }
 
     /// Whether a solution of these inputs may stand for that of others for a while: the same cells

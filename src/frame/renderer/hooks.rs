@@ -2,11 +2,13 @@
 //! the blend's place, a fresh start.
 
 use super::Renderer;
+use crate::frame::Picture;
 use crate::frame::composer::Composer;
 use crate::frame::cpu::light_grid::FieldSeen;
 use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight};
-use crate::frame::light_grid::LightGrid;
+use crate::frame::light_grid::{GridSettings, LightGrid};
 use crate::frame::view::SCREEN_TILE;
+use crate::scene::Scene;
 use crate::{Error, Result};
 
 impl Renderer {
@@ -81,6 +83,17 @@ impl Renderer {
     /// differ.
     pub fn make_unseen(&mut self, wanted: bool) {
         self.make_unseen = wanted;
+    }
+
+    /// Makes one frame as it is alone and reads it back, in a stream too: nothing of the frames before
+    /// is taken over, and nothing is spread over several.
+    pub fn render_alone(&mut self, scene: &Scene, time: f64, size: [u32; 2]) -> Result<Picture> {
+        self.forget();
+        let grid = self.quality.grid;
+        self.quality.grid = GridSettings { slice: 0, draft: false, ..grid };
+        let picture = self.render(scene, time, size);
+        self.quality.grid = grid;
+        picture
     }
 
     /// Takes nothing of the frames before over into the next: it is made as the first one is.

@@ -142,9 +142,8 @@ impl Maker {
         let was_cold = self.make_ready(order, reply)?;
         let Some(clouds) = &mut self.clouds else { return Err(nothing_made()) };
         clouds.compose(&self.gpu, None)?;
-        // As `cumuli render` makes it: nothing of the pictures before is taken over, nor left.
-        clouds.renderer.forget();
-        let picture = clouds.renderer.render(&self.scene, order.time, order.size)?;
+        // As `cumuli render` makes it.
+        let picture = clouds.renderer.render_alone(&self.scene, order.time, order.size)?;
         self.compiled = true;
         if was_cold {
             reply(Reply::Stage(None));
