@@ -113,8 +113,8 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("PhaseParams.draine_alpha", POSITIVE),
     ("light_grid.extinction", POSITIVE),
     ("light_grid.sun_transmittance", SHARE),
-    // Of a solution on its way too, whose relaxed steps pass their goal; its last turn makes them positive.
-    // The light of the solution that is shown is judged as `light_field.lights`.
+    // Of a solution on its way too, whose relaxed steps pass their goal. The last turn makes the sources
+    // positive, and with them all light of what is shown.
     ("light_grid.sources", Rule::Halves(Any)),
     ("light_grid.lights", Rule::Halves(Any)),
     ("light_grid_matter.spread", SHARE),
@@ -126,7 +126,7 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("light_ground.shares", POSITIVE),
     ("light_field.shares", POSITIVE),
     ("GridStage.relaxation", POSITIVE),
-    ("light_field.lights", Rule::Halves(NotNegative)),
+    ("light_field.lights", Rule::Halves(Any)),
     // Bound to the passes that read it as whole words, too.
     ("shadow.texels", Rule::Nodes),
     ("ReuseUniforms.right", ANY),
