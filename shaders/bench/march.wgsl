@@ -245,14 +245,14 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 }
                 here = true;
                 let place = (point - particle.centre) / particle.radius;
-                let copy = copy_for(particle.radius * pixels_per_radian / max(length(particle.centre), particle.radius));
+                let copy = copy_for(particle.radius * pixels_per_radian / max(length(particle.centre), particle.radius), particle.optical_radius);
                 let own = particle.extinction * density_at(particle, place, copy);
                 sigma += own;
 #ifdef LIT
                 let lit = lights[index];
                 let alone = lit.ambient_below.w;
                 let source = (1.0 - alone) * (seen.x + order_once * sunlight) * lit.sun_irradiance.rgb
-                    + seen.y * lit.ambient_above.rgb + (seen.z - seen.y) * lit.ambient_below.rgb;
+                    + seen.y * lit.ambient_above.rgb + max(seen.z - seen.y, 0.0) * lit.ambient_below.rgb;
                 if alone > 0.0 {
                     let entry_place = (part.x * view - particle.centre) / particle.radius;
                     let scattered = scattering_source(entry_place, view, frame.sun.xyz, particle.optical_radius / frame.delta_scale);

@@ -27,7 +27,7 @@
 @group(0) @binding(3) var<storage, read> lights: array<ParticleLight>;
 @group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
 @group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
-@group(0) @binding(6) var<storage, read_write> counts: array<atomic<u32>>; // [0] look-ups, [1] pixels, [2] empty tiles
+@group(0) @binding(6) var<storage, read_write> counts: array<atomic<u32>>; // [0] look-ups, [1] pixels, [2] empty tiles, [3] pixels cut
 @group(0) @binding(7) var radiance_out: texture_storage_2d<rgba32float, write>; // rgb, transmittance
 @group(0) @binding(8) var distance_out: texture_storage_2d<r32float, write>;    // m, opacity-weighted
 
@@ -97,16 +97,22 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         // A particle is the smallest in no more blocks than its diameter is long, and the two at
         // its ends.
         let most = (end - low) * (2u * STEPS / u32(BINS) + 3u);
+        // Drivers may end loops before their time (lavapipe after 65535 turns of all loops): told by these.
+        var finished = false;
+        var cut = false;
         for (var block = 0u; block < most; block++) {
             var begin = FAR;
             var smallest = FAR;
             var leading = true;
-            for (var entry = low; entry < end; entry++) {
+            var searched = false;
+            var entry = low;
+            for (; entry < end; entry++) {
                 let index = tile_entries[entry];
                 let centre = particles[index].centre;
                 let radius = particles[index].radius;
                 // No later particle of the list begins before this distance.
                 if length(centre) - radius >= begin + smallest {
+                    searched = true;
                     break;
                 }
                 let span = span_of(centre, radius, dir, far);
@@ -118,7 +124,9 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                     low = entry + 1u;
                 }
             }
+            cut = cut || !(searched || entry >= end);
             if begin >= FAR {
+                finished = true;
                 break;
             }
             since_gap = select(since_gap, 0.0, begin > cursor);
@@ -138,11 +146,14 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             var sun_sum = vec3(0.0);
             var above_sum = vec3(0.0);
             var below_sum = vec3(0.0);
-            for (var entry = low; entry < end; entry++) {
+            var added = false;
+            entry = low;
+            for (; entry < end; entry++) {
                 let index = tile_entries[entry];
                 let centre = particles[index].centre;
                 let radius = particles[index].radius;
                 if length(centre) - radius >= stop {
+                    added = true;
                     break;
                 }
                 let span = span_of(centre, radius, dir, far);
@@ -163,17 +174,17 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 let bin_tau = particles[index].extinction * step;
                 var low_tau = bin_tau * (low_last - low_first);
                 var high_tau = bin_tau * (high_last - high_first);
+                let optical_radius = particles[index].optical_radius;
                 let shape = particles[index].shape;
                 if shape != 0u {
                     let turn = particles[index].orientation;
                     let along = rotate(turn, dir) * (step / radius);
-                    let copy = copy_for(radius * pixels_per_radian / max(length(centre), radius));
+                    let copy = copy_for(radius * pixels_per_radian / max(length(centre), radius), optical_radius);
                     let march = march_from(shape, rotate(turn, a_place) - first * along, along, copy);
                     low_tau *= densities(march, 0.5 * (low_first + low_last), low_last > low_first);
                     high_tau *= densities(march, 0.5 * (high_first + high_last), high_last > high_first);
                     lookups += u32(ceil(last) - floor(first));
                 }
-                let optical_radius = particles[index].optical_radius;
                 let below = lights[index].ambient_below;
                 let alone = below.w;
                 if alone > 0.0 {
@@ -194,6 +205,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 crowded_low += (1.0 - alone) * low_tau;
                 crowded_high += (1.0 - alone) * high_tau;
             }
+            cut = cut || !(added || entry >= end);
             if matter_sum > 0.0 {
                 if field_at != begin {
                     field = scattered_light(begin * dir - frame.grid_shift.xyz);
@@ -233,7 +245,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                         let own = select(own_low[i], own_high[i], high) * own_share(since_gap, tau, frame.delta_scale);
                         sunlight += weight * (lit + seen.x * select(crowded_low[i], crowded_high[i], high) + own);
                         above += weight * tau * seen.y;
-                        below += weight * tau * (seen.z - seen.y);
+                        below += weight * tau * max(seen.z - seen.y, 0.0);
                         // Not its middle: a dense bin is seen at its near end.
                         distance_sum += weight * tau * (begin + (f32(bin) + within) * step);
                         transmittance *= exp(-tau);
@@ -243,10 +255,14 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 }
                 radiance += (sunlight * sun_sum + above * above_sum + below * below_sum) / matter_sum;
                 if transmittance <= frame.transmittance_stop {
+                    finished = true;
                     break;
                 }
             }
             cursor = stop;
+        }
+        if cut || !finished {
+            atomicAdd(&counts[3], 1u);
         }
         atomicAdd(&counts[0], lookups);
         atomicAdd(&counts[1], 1u);

@@ -46,6 +46,8 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
     // Exactly: the sum of the weights is 1 but for rounding.
     sum.z = 1.0;
 #endif
+    // A part of it: weights are negative at some angles, and rounded.
+    sum.y = min(sum.y, sum.z);
     var share = 0.0;
     if cell.y < 2u {
         var column = cell.z * level.size.x + cell.x;

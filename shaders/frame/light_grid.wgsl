@@ -155,7 +155,8 @@ fn sunlight(@builtin(local_invocation_index) local: u32) {
                     light += weight * sun_inflow(stage.level, face);
                 }
             }
-            sun_transmittance[here] = light;
+            // Weights that add up to 1 but for rounding, plane after plane.
+            sun_transmittance[here] = min(light, 1.0);
         }
         storageBarrier();
     }

@@ -1,10 +1,11 @@
 // Matter of the light grid: what the particles hold is spread over the cells of every level.
 // Twin: src/frame/cpu/light_grid/matter.rs.
 //
-// Workgroup contract: `splat` one invocation a particle (sums of integers: no order), `density` one a
-// cell.
+// Workgroup contract: `splat` one invocation a particle (sums of integers: no order), `splat_large` one
+// workgroup a particle and level, of those that hold too many cells for an invocation; `density` one
+// invocation a cell.
 #import cumuli::gpu_data::{Particle, ParticleCount}
-#import cumuli::light_grid_data::{LightGridUniforms, grid_index}
+#import cumuli::light_grid_data::{GridLevel, LightGridUniforms, grid_index}
 #import cumuli::numerics::unfolded
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
@@ -13,6 +14,7 @@
 @group(0) @binding(3) var<storage, read> spread: array<f32>;               // by shape: radius of the even ball of the same moments
 @group(0) @binding(4) var<storage, read_write> matter: array<atomic<u32>>; // counts of grid.quantum
 @group(0) @binding(5) var<storage, read_write> extinction: array<f32>;     // 1/m
+@group(0) @binding(6) var<storage, read_write> large: array<atomic<u32>>;  // [0] how many, then particles
 
 const PI: f32 = 3.14159265;
 // Distance, m, below which a ball and a cell have the same middle: its direction does not matter then,
@@ -20,6 +22,10 @@ const PI: f32 = 3.14159265;
 const SAME_PLACE: f32 = 1e-6;
 // Sum of shares of a ball that meets no cell: none gets any of it.
 const LEAST_TOTAL: f32 = 1e-20;
+// Cells of the box around a ball up to which one invocation spreads it: few enough for a watchdog, and for
+// drivers that end all loops of an invocation after 65535 turns (lavapipe), on all levels together.
+const MOST_CELLS: f32 = 2048.0;
+const LARGE_WORKGROUP: u32 = 256u;
 
 // Share of a cell that a ball fills, roughly: linear in the distance between the centres over one
 // cell's width. The sum over all cells is made exact by `splat`.
@@ -29,55 +35,119 @@ fn ball_share(ball: f32, offset: vec3<f32>, cell: vec3<f32>) -> f32 {
     return clamp((ball - distance) / width + 0.5, 0.0, 1.0);
 }
 
+// How a particle is spread over the cells of a level.
+struct Spread {
+    ball: f32,          // m
+    mass: f32,          // extinction times volume, m^2
+    place: vec3<f32>,   // cells from the level's corner
+    reach: vec3<f32>,   // cells that may get a share, to each side
+    is_small: bool,     // linear between the nearest cells
+    meets: bool,        // the level
+    is_large: bool,     // left to `splat_large`
+}
+
+fn spread_over(level: GridLevel, particle: Particle) -> Spread {
+    let cell = level.cell.xyz;
+    var s: Spread;
+    s.ball = particle.radius * spread[min(particle.shape, grid.spreads - 1u)];
+    s.mass = particle.optical_radius * particle.radius * particle.radius * (4.0 / 3.0 * PI);
+    s.place = (particle.centre - level.low.xyz) / cell;
+    s.is_small = s.ball < 0.75 * max(cell.x, max(cell.y, cell.z));
+    // Small ones at least over the nearest cells.
+    s.reach = select(s.ball / cell + 0.5, vec3(1.0), s.is_small);
+    let size = vec3<f32>(level.size.xyz);
+    s.meets = all(s.place + s.reach >= vec3(0.0)) & all(s.place - s.reach <= size);
+    let box = 2.0 * s.reach + 1.0;
+    s.is_large = box.x * box.y * box.z > MOST_CELLS;
+    return s;
+}
+
+fn share_of(s: Spread, cell: vec3<f32>, at: vec3<f32>) -> f32 {
+    let away = s.place - at - 0.5;
+    let hat = max(1.0 - abs(away), vec3(0.0));
+    return select(ball_share(s.ball, away * cell, cell), hat.x * hat.y * hat.z, s.is_small);
+}
+
+// Sum of the shares of all cells of a large ball, wherever the level ends: the integral of the shares. The
+// square of the ramp's width is its mean over all directions.
+fn large_total(ball: f32, cell: vec3<f32>) -> f32 {
+    let square = dot(cell, cell) / 3.0 + 4.0 / (3.0 * PI) * (cell.x * cell.y + cell.y * cell.z + cell.z * cell.x);
+    return 4.0 / 3.0 * PI * ball * (ball * ball + 0.25 * square) / (cell.x * cell.y * cell.z);
+}
+
+fn add_share(level: GridLevel, at: vec3<f32>, share: f32) {
+    if share > 0.0 {
+        atomicAdd(&matter[grid_index(level, vec3<u32>(at))], u32(share + 0.5));
+    }
+}
+
 @compute @workgroup_size(64)
 fn splat(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= particle_count.particles {
         return;
     }
     let particle = particles[id.x];
-    let ball = particle.radius * spread[min(particle.shape, grid.spreads - 1u)];
-    // Extinction times volume, m^2.
-    let mass = particle.optical_radius * particle.radius * particle.radius * (4.0 / 3.0 * PI);
+    var large_somewhere = false;
     let levels = unfolded(grid.levels, arrayLength(&particles) == 0u);
     for (var l = 0u; l < levels; l++) {
         let level = grid.level[l];
         let cell = level.cell.xyz;
-        let place = (particle.centre - level.low.xyz) / cell;
-        // At least the nearest cells, so that particles smaller than a cell are spread too.
-        let reach = max(vec3(ball) / cell, vec3(0.5)) + 0.5;
-        let last = vec3<f32>(level.size.xyz) - 1.0;
-        if any(place + reach < vec3(0.0)) || any(place - reach > last + 1.0) {
+        let s = spread_over(level, particle);
+        if !s.meets {
             continue;
         }
-        let first_cell = vec3<i32>(floor(place - reach));
-        let last_cell = vec3<i32>(floor(place + reach));
+        if s.is_large {
+            large_somewhere = true;
+            continue;
+        }
+        let first = floor(s.place - s.reach);
+        let last = floor(s.place + s.reach);
         var total = 0.0;
-        // Small balls: linear between the nearest cells.
-        let small = ball < 0.75 * max(cell.x, max(cell.y, cell.z));
         for (var pass_index = 0u; pass_index < 2u; pass_index++) {
-            let scale = mass / (max(total, LEAST_TOTAL) * cell.x * cell.y * cell.z * grid.quantum);
+            let scale = s.mass / (max(total, LEAST_TOTAL) * cell.x * cell.y * cell.z * grid.quantum);
             // The sum runs over the whole ball, also where it sticks out of the level.
-            var begin_cell = first_cell;
-            var end_cell = last_cell;
-            if pass_index == 1u {
-                begin_cell = max(first_cell, vec3(0));
-                end_cell = min(last_cell, vec3<i32>(last));
-            }
-            for (var z = begin_cell.z; z <= end_cell.z; z++) {
-                for (var y = begin_cell.y; y <= end_cell.y; y++) {
-                    for (var x = begin_cell.x; x <= end_cell.x; x++) {
-                        let away = place - vec3(f32(x), f32(y), f32(z)) - 0.5;
-                        let hat = max(1.0 - abs(away), vec3(0.0));
-                        let share = select(ball_share(ball, away * cell, cell), hat.x * hat.y * hat.z, small);
-                        if pass_index == 0u {
+            let writes = pass_index == 1u;
+            let begin = select(first, max(first, vec3(0.0)), writes);
+            let end = select(last, min(last, vec3<f32>(level.size.xyz) - 1.0), writes);
+            for (var z = begin.z; z <= end.z; z += 1.0) {
+                for (var y = begin.y; y <= end.y; y += 1.0) {
+                    for (var x = begin.x; x <= end.x; x += 1.0) {
+                        let share = share_of(s, cell, vec3(x, y, z));
+                        if writes {
+                            add_share(level, vec3(x, y, z), share * scale);
+                        } else {
                             total += share;
-                        } else if share > 0.0 {
-                            let index = grid_index(level, vec3<u32>(vec3(x, y, z)));
-                            atomicAdd(&matter[index], u32(share * scale + 0.5));
                         }
                     }
                 }
             }
+        }
+    }
+    if large_somewhere {
+        let slot = atomicAdd(&large[0], 1u) + 1u;
+        if slot < arrayLength(&large) {
+            atomicStore(&large[slot], id.x);
+        }
+    }
+}
+
+@compute @workgroup_size(LARGE_WORKGROUP)
+fn splat_large(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let level = grid.level[group.y];
+    let cell = level.cell.xyz;
+    let count = min(atomicLoad(&large[0]), arrayLength(&large) - 1u);
+    for (var i = group.x; i < count; i += groups.x) {
+        let s = spread_over(level, particles[atomicLoad(&large[i + 1u])]);
+        if !(s.meets & s.is_large) {
+            continue;
+        }
+        let scale = s.mass / (large_total(s.ball, cell) * cell.x * cell.y * cell.z * grid.quantum);
+        let first = max(floor(s.place - s.reach), vec3(0.0));
+        let last = min(floor(s.place + s.reach), vec3<f32>(level.size.xyz) - 1.0);
+        let extent = vec3<u32>(max(last - first + 1.0, vec3(0.0)));
+        for (var at = local; at < extent.x * extent.y * extent.z; at += LARGE_WORKGROUP) {
+            let here = first + vec3<f32>(vec3(at % extent.x, at / extent.x % extent.y, at / (extent.x * extent.y)));
+            add_share(level, here, share_of(s, cell, here) * scale);
         }
     }
 }

@@ -17,6 +17,7 @@
 @group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
 @group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
 @group(0) @binding(6) var<storage, read_write> texels: array<vec4<u32>>; // map after map, row after row
+@group(0) @binding(7) var<storage, read_write> cut: atomic<u32>;         // texels whose march a driver ended before its time
 
 const STEPS: u32 = #{STEPS}u; // bins in a radius
 const BINS: f32 = 8.0;               // of a block
@@ -122,15 +123,20 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
     var enough_at = FAR;
     var last = 0.0; // where matter ends
     let most = (end - low) * (2u * STEPS / u32(BINS) + 3u);
+    var finished = low >= end;
+    var is_cut = false;
     for (var block = 0u; block < most; block++) {
         var begin = FAR;
         var smallest = FAR;
         var leading = true;
-        for (var entry = low; entry < end; entry++) {
+        var searched = false;
+        var entry = low;
+        for (; entry < end; entry++) {
             let index = tile_entries[entry];
             let centre = particles[index].centre;
             let radius = particles[index].radius;
             if -dot(centre, towards) - radius >= begin + smallest {
+                searched = true;
                 break;
             }
             let span = span_of(centre, radius, place);
@@ -142,18 +148,23 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
                 low = entry + 1u;
             }
         }
+        is_cut = is_cut || !(searched || entry >= end);
         if begin >= FAR {
+            finished = true;
             break;
         }
         let step = max(smallest / f32(STEPS), LEAST_STEP * abs(begin));
         let stop = begin + BINS * step;
         var tau_low = vec4(0.0);
         var tau_high = vec4(0.0);
-        for (var entry = low; entry < end; entry++) {
+        var added = false;
+        entry = low;
+        for (; entry < end; entry++) {
             let index = tile_entries[entry];
             let centre = particles[index].centre;
             let radius = particles[index].radius;
             if -dot(centre, towards) - radius >= stop {
+                added = true;
                 break;
             }
             let span = span_of(centre, radius, place);
@@ -176,7 +187,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
                 let turn = particles[index].orientation;
                 let along = rotate(turn, -towards) * (step / radius);
                 let start = rotate(turn, (origin - begin * towards - centre) / radius);
-                let m = march_from(shape, start, along, copy_for(radius / texel));
+                let m = march_from(shape, start, along, copy_for(radius / texel, particles[index].optical_radius));
                 low_tau *= densities(m, 0.5 * (low_first + low_last), low_last > low_first);
                 high_tau *= densities(m, 0.5 * (high_first + high_last), high_last > high_first);
             }
@@ -184,6 +195,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
             tau_high += high_tau;
             last = max(last, b);
         }
+        is_cut = is_cut || !(added || entry >= end);
         for (var bin = 0u; bin < u32(BINS); bin++) {
             let i = bin & 3u;
             let tau = select(tau_low[i], tau_high[i], bin >= 4u);
@@ -198,8 +210,12 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
         }
         cursor = stop;
         if depth >= ENOUGH {
+            finished = true;
             break;
         }
+    }
+    if is_cut || !finished {
+        atomicAdd(&cut, 1u);
     }
     if depth <= 0.0 {
         return ShadowNodes(vec4(1.0), vec4(1.0));
@@ -225,7 +241,14 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
     }
     let eighth_share = saturate((eighth - maps.nearest) / maps.reach);
     let rest = select(0.5 + 0.5 * exp(-depth), min(0.5 * eighth_share, DEEP), depth > NODES_HIGH.z);
-    let low_share = saturate((low_nodes - maps.nearest) / maps.reach);
-    let high_share = saturate((high_nodes - maps.nearest) / maps.reach);
+    var low_share = saturate((low_nodes - maps.nearest) / maps.reach);
+    var high_share = saturate((high_nodes - maps.nearest) / maps.reach);
+    // None before the last: far from the eye f32 rounds places by more than a step of 16 bits.
+    low_share.y = max(low_share.x, low_share.y);
+    low_share.z = max(low_share.y, low_share.z);
+    low_share.w = max(low_share.z, low_share.w);
+    high_share.x = max(low_share.w, high_share.x);
+    high_share.y = max(high_share.x, high_share.y);
+    high_share.z = max(high_share.y, high_share.z);
     return ShadowNodes(low_share, vec4(high_share, rest));
 }

@@ -2,17 +2,19 @@
 // that touch it, in sorted order. Two levels: bins of 8x8 tiles first, so that a tile walks its
 // bin's list and not all particles. Twin: src/frame/cpu/tile_lists.rs.
 //
-// Workgroup contract: one invocation owns one (bin, chunk of CHUNK sorted particles) in the bin
+// Workgroup contract: one invocation owns one (bin, chunk of sorted particles) in the bin
 // passes, one tile in the tile passes. Each level counts, is scanned, then writes: the order in a
 // list is the sorted order whatever the timing, and nothing is written beyond the capacity.
 
 struct ListUniforms {
     tiles: vec2<u32>,
     bins: vec2<u32>,
-    chunks: u32,         // of CHUNK sorted particles
+    chunks: u32,         // of `chunk` sorted particles
     bin_capacity: u32,   // entries in bin_entries
     tile_capacity: u32,  // entries in tile_entries
     length_index: u32,   // word of `lengths` that holds the number of sorted particles
+    chunk: u32,          // sorted particles that one invocation tests against a bin
+    padding_a: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: ListUniforms;
@@ -24,7 +26,6 @@ struct ListUniforms {
 @group(0) @binding(6) var<storage, read_write> bin_entries: array<u32>;
 @group(0) @binding(7) var<storage, read_write> tile_entries: array<u32>;
 
-const CHUNK: u32 = 256u;
 const BIN: u32 = 8u; // tiles a side
 
 fn touches(rectangle: vec2<u32>, first: vec2<u32>, last: vec2<u32>) -> bool {
@@ -40,8 +41,8 @@ fn count_bins(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let bin = id.x / params.chunks;
     let first = vec2(bin % params.bins.x, bin / params.bins.x) * BIN;
-    let begin = (id.x % params.chunks) * CHUNK;
-    let end = min(begin + CHUNK, lengths[params.length_index]);
+    let begin = (id.x % params.chunks) * params.chunk;
+    let end = min(begin + params.chunk, lengths[params.length_index]);
     var found = 0u;
     for (var i = begin; i < end; i++) {
         found += select(0u, 1u, touches(rectangles[order[i]], first, first + BIN));
@@ -56,8 +57,8 @@ fn write_bins(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let bin = id.x / params.chunks;
     let first = vec2(bin % params.bins.x, bin / params.bins.x) * BIN;
-    let begin = (id.x % params.chunks) * CHUNK;
-    let end = min(begin + CHUNK, lengths[params.length_index]);
+    let begin = (id.x % params.chunks) * params.chunk;
+    let end = min(begin + params.chunk, lengths[params.length_index]);
     var slot = bin_offsets[id.x];
     for (var i = begin; i < end; i++) {
         let particle = order[i];
@@ -112,5 +113,32 @@ fn write_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
             }
             slot++;
         }
+    }
+}
+
+const MEASURE_WORKGROUP: u32 = 256u;
+var<workgroup> longest: array<vec2<u32>, MEASURE_WORKGROUP>;
+
+// Lengths of the longest list of a tile and of the longest of a bin, behind the offsets of the tiles.
+// One workgroup; each invocation owns every so many lists. `counts` holds the offsets here too.
+@compute @workgroup_size(MEASURE_WORKGROUP)
+fn measure(@builtin(local_invocation_index) local: u32) {
+    let tiles = params.tiles.x * params.tiles.y;
+    let bins = params.bins.x * params.bins.y;
+    var most = vec2(0u);
+    for (var tile = local; tile < tiles; tile += MEASURE_WORKGROUP) {
+        most.x = max(most.x, counts[tile + 1u] - counts[tile]);
+    }
+    for (var bin = local; bin < bins; bin += MEASURE_WORKGROUP) {
+        most.y = max(most.y, bin_offsets[(bin + 1u) * params.chunks] - bin_offsets[bin * params.chunks]);
+    }
+    longest[local] = most;
+    workgroupBarrier();
+    if local == 0u {
+        for (var other = 1u; other < MEASURE_WORKGROUP; other++) {
+            most = max(most, longest[other]);
+        }
+        counts[tiles + 1u] = most.x;
+        counts[tiles + 2u] = most.y;
     }
 }

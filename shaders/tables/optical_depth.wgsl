@@ -57,9 +57,10 @@ const LEAST_DENSITY: f32 = 4e-6;
 // Nodes along each edge of a density volume, and volumes along z.
 const VOLUME_NODES: f32 = 64.0;
 const VOLUMES_DEEP: u32 = 32u;
-// Radii on screen, in pixels, below which the first and the second filtered copy are read.
-const FIRST_COPY_PIXELS: f32 = 9.0;
-const SECOND_COPY_PIXELS: f32 = 3.0;
+// Radii on screen, in pixels, below which the first and the second filtered copy of thin matter are
+// read, and the optical radii at which they are half of that; the twin tells why.
+const COPY_PIXELS = vec2<f32>(11.0, 5.0);
+const COPY_DEPTHS = vec2<f32>(12.0, 2.0);
 
 // Square root of the mean density, start and end of the matter in the table's direction.
 fn table_channels(shape: u32, disc: vec2<f32>, direction: vec2<f32>) -> vec3<f32> {
@@ -225,9 +226,11 @@ fn chord_part(shape: u32, entry: vec3<f32>, exit: vec3<f32>, begin: f32, end: f3
     return vec3(sums.x / BINS, select(vec2(begin, end), min(sums.yz / sums.x, vec2(1.0)), sums.x > 0.0));
 }
 
-// The copy for a particle of this radius on screen, in pixels.
-fn copy_for(radius_pixels: f32) -> u32 {
-    return select(0u, 1u, radius_pixels < FIRST_COPY_PIXELS) + select(0u, 1u, radius_pixels < SECOND_COPY_PIXELS);
+// The copy for a particle of this radius on screen, in pixels, and this optical depth of its mean
+// density over a radius.
+fn copy_for(radius_pixels: f32, optical_radius: f32) -> u32 {
+    let serves = radius_pixels * (1.0 + optical_radius / COPY_DEPTHS) < COPY_PIXELS;
+    return select(0u, 1u, serves.x) + select(0u, 1u, serves.y);
 }
 
 // Sum of a profile's bins before the fraction t of the chord's length.

@@ -25,7 +25,7 @@ pub struct BlendInputs<'a> {
     pub lists: &'a PictureLists,
     /// Deep shadow maps.
     pub shadow: &'a ShadowJob,
-    /// Two words: table look-ups, pixels in tiles with particles.
+    /// Words: table look-ups, pixels in tiles with particles, tiles without, pixels whose march was cut.
     pub counts: &'a wgpu::Buffer,
 }
 

@@ -49,6 +49,7 @@ pub struct Renderer {
     medium: Medium,
     omit: Option<Pass>,
     make_unseen: bool,
+    has_told_of_cuts: bool,
     composer: Option<Box<dyn Composer>>,
     passes: Passes,
     tables: TablesGpu,
@@ -105,6 +106,7 @@ impl Renderer {
             medium: *medium,
             omit: settings.omit,
             make_unseen: false,
+            has_told_of_cuts: false,
             composer: None,
             passes,
             weather,
@@ -160,15 +162,34 @@ impl Renderer {
                 format!("expected 1 to {most} pixels a side, found {}x{}", size[0], size[1]),
             ));
         }
+        // Listed particles are written before anything is counted.
+        let listed = scene.particles.len() as u32;
+        if listed > self.capacities.particles {
+            self.grow(Capacities { particles: listed, ..self.capacities })?;
+        }
         for attempt in 1..=MOST_ATTEMPTS {
             let (mut stats, counts) = self.attempt(scene, time, size)?;
             stats.counters.attempts = attempt as u64;
             match counts.grown(&self.capacities) {
-                None => return Ok(stats),
+                None => {
+                    self.tell_of_cuts(stats.counters.cut);
+                    return Ok(stats);
+                }
                 Some(next) => self.grow(next)?,
             }
         }
         Err(Error::Gpu("the lists of this frame keep growing".to_owned()))
+    }
+
+    /// Once, and again after frames without.
+    fn tell_of_cuts(&mut self, cut: u64) {
+        if cut > 0 && !self.has_told_of_cuts {
+            tracing::warn!(
+                "{cut} rays or lists meet more particles than this driver follows: the picture lacks \
+                 what lies behind"
+            );
+        }
+        self.has_told_of_cuts = cut > 0;
     }
 
     /// The last frame's tone-mapped texture.
@@ -266,7 +287,12 @@ impl Renderer {
             counters: Counters {
                 grid_steps_made: grid.progress[0].into(),
                 grid_steps: grid.progress[1].into(),
-                ..counts.of_plan(&plan, tiles).counters(&self.capacities, tiles, bytes)
+                ..counts.of_plan(&plan, tiles).counters(
+                    &self.capacities,
+                    tiles,
+                    bytes,
+                    self.gpu.is_software(),
+                )
             },
         };
         self.resources = Some(resources);

@@ -102,7 +102,7 @@ pub struct Resources {
 }
 
 /// Words of `blend_counts`.
-pub const BLEND_COUNTS: usize = 3;
+pub const BLEND_COUNTS: usize = 4;
 
 impl Resources {
     /// Makes everything.

@@ -21,6 +21,8 @@ pub struct ShadowJob {
     pub uniforms: wgpu::Buffer,
     /// Nodes of each texel: map after map, row after row.
     pub texels: wgpu::Buffer,
+    /// A word: texels whose march was ended before its time, in the last making of the maps.
+    pub cut: wgpu::Buffer,
     resolution: u32,
 }
 
@@ -46,7 +48,8 @@ impl ShadowPass {
             "shadow places",
             &<ShadowUniforms as bytemuck::Zeroable>::zeroed(),
         );
-        ShadowJob { uniforms, texels, resolution }
+        let cut = buffers::storage(gpu, "shadows cut", 1, size_of::<u32>());
+        ShadowJob { uniforms, texels, cut, resolution }
     }
 
     /// Binds the sun's lists.
@@ -69,6 +72,7 @@ impl ShadowPass {
                 lists.lists.tile_offsets.as_entire_binding(),
                 lists.lists.tile_entries.as_entire_binding(),
                 job.texels.as_entire_binding(),
+                job.cut.as_entire_binding(),
             ],
         )
     }

@@ -7,6 +7,8 @@ use wgpu_profiler::{GpuProfiler, GpuProfilerSettings};
 use super::picture::{Counters, PassTime};
 use super::plan::{FramePlan, Pass};
 use super::resources::{BLEND_COUNTS, Capacities, ListCapacity, Resources};
+use super::shadow::ShadowJob;
+use super::tile_lists::{LENGTHS, MOST_TURNS};
 use crate::gpu::{Gpu, buffers};
 use crate::{Error, Result};
 
@@ -27,6 +29,10 @@ pub struct Counts {
     pub pixels: u32,
     /// Screen tiles without particles.
     pub empty_tiles: u32,
+    /// Longest list of a tile and of a bin: screen, sun.
+    pub longest: [[u32; 2]; 2],
+    /// Rays of pixels, and of texels of shadow maps, that the device left before their end.
+    pub cut: [u32; 2],
 }
 
 /// How the passes are timed.
@@ -43,7 +49,7 @@ pub enum Clock {
 
 impl Clock {
     fn new(gpu: &Gpu, time_passes: bool) -> Result<Self> {
-        let software = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        let software = gpu.is_software();
         let stamps = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         Ok(if stamps && !software {
             // Debug groups crash inside lavapipe (Mesa 22.3.6) when a build has debug assertions;
@@ -66,8 +72,11 @@ pub struct StatsReader {
     clock: Clock,
 }
 
-const WORDS: usize = 2 + 1 + 4 + BLEND_COUNTS;
+const WORDS: usize = 2 + 1 + 2 * (2 + LENGTHS as usize) + BLEND_COUNTS + 1;
 const WORD: u64 = size_of::<u32>() as u64;
+
+/// Turns that a pass over a list has besides.
+const OTHER_TURNS: u32 = 64;
 
 impl StatsReader {
     /// Makes the reader. `time_passes`: times are wanted even where they cost time.
@@ -111,6 +120,7 @@ impl StatsReader {
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         resources: &Resources,
+        shadow: &ShadowJob,
         grid_count: Option<&wgpu::Buffer>,
     ) {
         let mut at = 0;
@@ -127,9 +137,10 @@ impl StatsReader {
         for picture in pictures {
             let lists = &picture.lists;
             copy(&lists.bin_offsets, lists.bin_total_index(), 1);
-            copy(&lists.tile_offsets, lists.tile_total_index(), 1);
+            copy(&lists.tile_offsets, lists.tile_total_index(), 1 + LENGTHS);
         }
         copy(&resources.blend_counts, 0, BLEND_COUNTS as u64);
+        copy(&shadow.cut, 0, 1);
         if let Clock::Device(profiler) = &mut self.clock {
             profiler.resolve_queries(encoder);
         }
@@ -138,13 +149,26 @@ impl StatsReader {
     /// Waits for the frame and reads its counts.
     pub fn read(&mut self, gpu: &Gpu) -> Result<Counts> {
         let words = gpu.read_buffer::<u32>(&self.words, WORDS)?;
-        let [particles, grid_particles, visible, a, b, c, d, lookups, pixels, empty_tiles] =
-            words[..]
-        else {
-            return Err(Error::Gpu("a read-back of the wrong size".to_owned()));
+        let wrong = || Error::Gpu("a read-back of the wrong size".to_owned());
+        let (of_particles, rest) = words.split_first_chunk().ok_or_else(wrong)?;
+        let (of_screen, rest) = rest.split_first_chunk().ok_or_else(wrong)?;
+        let (of_sun, rest) = rest.split_first_chunk().ok_or_else(wrong)?;
+        let [lookups, pixels, empty_tiles, blend_cut, shadow_cut] = *rest else {
+            return Err(wrong());
         };
-        let lists = [[a, b], [c, d]];
-        Ok(Counts { particles, grid_particles, visible, lists, lookups, pixels, empty_tiles })
+        let [particles, grid_particles, visible] = *of_particles;
+        let lists = [*of_screen, *of_sun];
+        Ok(Counts {
+            particles,
+            grid_particles,
+            visible,
+            lists: lists.map(|[bins, tiles, ..]: [u32; 4]| [bins, tiles]),
+            lookups,
+            pixels,
+            empty_tiles,
+            longest: lists.map(|[.., tile, bin]| [tile, bin]),
+            cut: [blend_cut, shadow_cut],
+        })
     }
 
     /// Waits for the frame and returns the seconds of its passes, where they are known.
@@ -208,22 +232,41 @@ impl Counts {
             + list(self.lists[1], now.light)
     }
 
+    /// Rays that were cut, and lists that pass what a software driver walks: those of bins by the passes that
+    /// make the tiles' from them, those of the sun's tiles by the light.
+    pub fn cut(&self, is_software: bool) -> u64 {
+        let lists = [self.longest[0][1], self.longest[1][1], self.longest[1][0]];
+        // The light looks at other things in a few turns besides.
+        let too_long = lists.iter().filter(|length| **length > MOST_TURNS - OTHER_TURNS).count();
+        let lists = if is_software { too_long as u64 } else { 0 };
+        self.cut.iter().map(|rays| u64::from(*rays)).sum::<u64>() + lists
+    }
+
     /// What of them a frame of this plan did: what was skipped has left the counts of before.
     pub fn of_plan(self, plan: &FramePlan, [columns, rows]: [u32; 2]) -> Self {
         let mut counts = self;
         if !plan.has_clouds() {
             let lists = [[0; 2], self.lists[1]];
             let empty_tiles = columns * rows;
-            counts = Self { visible: 0, lists, lookups: 0, pixels: 0, empty_tiles, ..counts };
+            let (longest, cut) = ([[0; 2], self.longest[1]], [0; 2]);
+            counts = Self { visible: 0, lists, longest, cut, ..counts };
+            counts = Self { lookups: 0, pixels: 0, empty_tiles, ..counts };
         }
         if !plan.has_particles() {
-            counts = Self { particles: 0, grid_particles: 0, lists: [[0; 2]; 2], ..counts };
+            let (lists, longest) = Default::default();
+            counts = Self { particles: 0, grid_particles: 0, lists, longest, ..counts };
         }
         counts
     }
 
     /// As part of the public statistics.
-    pub fn counters(&self, capacities: &Capacities, tiles: [u32; 2], bytes: u64) -> Counters {
+    pub fn counters(
+        &self,
+        capacities: &Capacities,
+        tiles: [u32; 2],
+        bytes: u64,
+        is_software: bool,
+    ) -> Counters {
         Counters {
             particles_generated: self.particles.into(),
             particles_visible: self.visible.into(),
@@ -236,6 +279,7 @@ impl Counts {
             bytes_resident: bytes,
             attempts: 1,
             overflowed: self.overflowed(capacities),
+            cut: self.cut(is_software),
             ..Counters::default()
         }
     }

@@ -7,10 +7,18 @@ use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
 
 /// Tiles a side of a bin; as in the shader.
 const BIN: u32 = 8;
-/// Sorted particles one invocation tests against a bin; as in the shader.
+/// Least number of sorted particles that one invocation tests against a bin.
 const CHUNK: u32 = 256;
+/// Most counts of bins and chunks: what the scan does in half the turns that the most narrow-minded driver
+/// allows ([`MOST_TURNS`]), and what workgroups of [`BIN_WORKGROUP`] can be dispatched for.
+const MOST_COUNTS: u32 = 4_000_000;
+/// Turns after which lavapipe (Mesa 22.3) ends all loops of an invocation, without a word.
+pub const MOST_TURNS: u32 = 65_535;
 /// Invocations of a workgroup in the bin passes; as in the shader.
 const BIN_WORKGROUP: u32 = 64;
+
+/// Words behind the offsets of the tiles.
+pub const LENGTHS: u64 = 2;
 
 /// The pipelines.
 pub struct TileListPass {
@@ -32,7 +40,8 @@ pub struct ListSize {
 
 /// The lists of one picture.
 pub struct TileLists {
-    /// First entry of each tile, and the total last.
+    /// First entry of each tile, and the total; behind them the lengths of the longest list of a tile
+    /// and of the longest of a bin.
     pub tile_offsets: wgpu::Buffer,
     /// Particles, tile after tile.
     pub tile_entries: wgpu::Buffer,
@@ -78,7 +87,9 @@ impl TileListPass {
     ) -> TileLists {
         let bins = [size.tiles[0].div_ceil(BIN), size.tiles[1].div_ceil(BIN)];
         let bin_count = bins[0] * bins[1];
-        let chunks = size.particles.div_ceil(CHUNK).max(1);
+        let most_chunks = (MOST_COUNTS / bin_count.max(1)).max(1);
+        let chunk = CHUNK.max(size.particles.div_ceil(most_chunks));
+        let chunks = size.particles.div_ceil(chunk).max(1);
         let tile_count = size.tiles[0] * size.tiles[1];
         let params = buffers::uniform(
             gpu,
@@ -92,6 +103,8 @@ impl TileListPass {
                 size.bin_entries,
                 size.tile_entries,
                 inputs.length_index,
+                chunk,
+                0,
             ],
         );
         let words =
@@ -100,7 +113,7 @@ impl TileListPass {
         let bin_offsets = words("bin offsets", bin_count * chunks + 1);
         let bin_entries = words("bin entries", size.bin_entries);
         let tile_counts = words("tile counts", tile_count);
-        let tile_offsets = words("tile offsets", tile_count + 1);
+        let tile_offsets = words("tile offsets", tile_count + 1 + LENGTHS as u32);
         let tile_entries = words("tile entries", size.tile_entries);
         let bind = |counts: &wgpu::Buffer| {
             self.kernel.bind(
@@ -154,6 +167,8 @@ impl TileListPass {
         pass.set_pipeline(self.kernel.pipeline("write_tiles"));
         pass.set_bind_group(0, &lists.tile_write_bindings, &[]);
         pass.dispatch_workgroups(tile_groups[0], tile_groups[1], 1);
+        pass.set_pipeline(self.kernel.pipeline("measure"));
+        pass.dispatch_workgroups(1, 1, 1);
     }
 }
 
@@ -168,7 +183,8 @@ impl TileLists {
         u64::from(self.bins * self.chunks)
     }
 
-    /// Index of the word of `tile_offsets` that holds the number of tile entries wanted.
+    /// Index of the word of `tile_offsets` that holds the number of tile entries wanted; [`LENGTHS`] more
+    /// words follow.
     pub fn tile_total_index(&self) -> u64 {
         u64::from(self.size.tiles[0] * self.size.tiles[1])
     }

@@ -120,6 +120,11 @@ impl Gpu {
         keep_first(&self.failure, "the device was lost: it was destroyed".to_owned());
     }
 
+    /// Whether the adapter is a program on the processor, as Mesa's lavapipe.
+    pub fn is_software(&self) -> bool {
+        self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    }
+
     /// Waits until everything submitted so far has run, and tells what failed on the way.
     pub fn wait(&self) -> Result<()> {
         let polled = self.device.poll(wgpu::PollType::wait_indefinitely());

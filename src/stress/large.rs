@@ -48,7 +48,7 @@ const DEPTH: f64 = 2.0;
 
 /// A row of particles along the view, of the same matter however many they are: every pixel's ray meets
 /// most of them, hundreds at a place.
-fn row(count: u32) -> Scene {
+pub fn row(count: u32) -> Scene {
     let extinction = DEPTH / (2.0 * RADIUS * f64::from(count));
     let particles = (0..count)
         .map(|i| {

@@ -75,6 +75,8 @@ pub struct Row {
     pub energy: f64,
     /// Difference to the exact compositor.
     pub composed: Option<Difference>,
+    /// Rays and lists that the device cut, as the renderer tells.
+    pub cut: u64,
     /// Why the case fails; none where it passes.
     pub failure: Option<String>,
 }
@@ -227,7 +229,7 @@ impl Stress {
         if let Some(made) = &self.made {
             let energy = Energy::new(&case.scene, made);
             row.composed = match like {
-                Some(like) => Some(composed::like(&picture, &like)),
+                Some(like) => Some(composed::like(&picture, &like, case.preset.quality().steps)),
                 None => composed::Composed { made, tables: &self.tables, energy: &energy }
                     .difference(case, &picture, &mut self.air)?,
             };
@@ -259,6 +261,7 @@ impl Stress {
 
     /// Judges all numbers of the last frame.
     fn look_at(&self, scene: &Scene, picture: &Picture, row: &mut Row) -> Result<()> {
+        row.cut = row.cut.max(picture.stats.counters.cut);
         row.audit.add(audit::audit(&self.gpu, scene)?);
         if let Some(made) = &self.made {
             let energy = Energy::new(scene, made).largest(scene, picture);
@@ -275,6 +278,9 @@ fn failure(row: &Row) -> Option<String> {
     let audit = &row.audit;
     if let Some(first) = &audit.first {
         return Some(first.clone());
+    }
+    if row.cut > 0 {
+        return Some(format!("{} rays or lists are too long for the device, as it told", row.cut));
     }
     // NaN fails too.
     if row.energy.is_nan() || row.energy > 1.0 {

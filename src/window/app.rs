@@ -321,6 +321,12 @@ impl App {
                 // While the device is made anew there is nobody to do it.
                 Wish::Screenshot(_) if self.studio.is_none() => self.session.wishes.push(wish),
                 Wish::Screenshot(formats) => self.screenshot(&formats),
+                Wish::LoseSurface => {
+                    if let Some(graphics) = &mut self.graphics {
+                        graphics.lose_surface();
+                    }
+                    self.request_redraw();
+                }
                 Wish::LoseDevice => {
                     if let Some(studio) = &self.studio {
                         studio.lose_device();

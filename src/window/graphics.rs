@@ -66,6 +66,11 @@ impl Graphics {
         self.surface.resize();
     }
 
+    /// The next time something is painted, the surface is lost.
+    pub fn lose_surface(&mut self) {
+        self.surface.lose();
+    }
+
     /// Shows this behind the panel from now on: as the picture (0), or beside it (1).
     pub fn set_picture(&mut self, place: usize, image: Option<&Image>) {
         self.overlay.set_picture(&self.gpu, place, image);

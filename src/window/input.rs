@@ -38,6 +38,8 @@ pub(super) enum Key {
     Inside,
     /// Throw the device away and make a new one.
     LoseDevice,
+    /// Throw the window's surface away and make a new one.
+    LoseSurface,
     /// Save the picture, as displayed and as radiance.
     Screenshot,
     /// End the program.
@@ -67,6 +69,7 @@ impl Key {
             KeyCode::F7 => Self::SavePath,
             KeyCode::KeyT => Self::Compare,
             KeyCode::KeyI => Self::Inside,
+            KeyCode::F9 => Self::LoseSurface,
             KeyCode::F10 => Self::LoseDevice,
             KeyCode::Home => Self::Home,
             KeyCode::F12 => Self::Screenshot,
@@ -94,6 +97,6 @@ pub(super) const HELP: [(&str, &str); 18] = [
     ("T", "the path-traced reference beside the frame"),
     ("I", "views of the insides, one after the other"),
     ("F12", "save the picture: PNG and EXR"),
-    ("F10", "a new graphics device"),
+    ("F9 / F10", "a new surface / graphics device, as after a loss"),
     ("esc", "quit"),
 ];

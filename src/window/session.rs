@@ -128,6 +128,7 @@ impl Session {
             }
             Key::Inside => self.inside = next_inside(self.inside),
             Key::SavePath => self.wishes.push(Wish::SavePath),
+            Key::LoseSurface => self.wishes.push(Wish::LoseSurface),
             Key::LoseDevice => self.wishes.push(Wish::LoseDevice),
             Key::Screenshot => {
                 self.wishes.push(Wish::Screenshot(vec![Format::Png, Format::Exr]));

@@ -15,6 +15,8 @@ pub(super) struct WindowSurface {
     config: Option<wgpu::SurfaceConfiguration>,
     /// Whether it has to be configured again before its next use.
     stale: bool,
+    /// Whether it is to be taken for lost.
+    lost: bool,
 }
 
 impl WindowSurface {
@@ -27,7 +29,8 @@ impl WindowSurface {
         let instance = wgpu::Instance::new(descriptor.with_env());
         let surface = create(&instance, &window)?;
         let gpu = Gpu::from_instance(&instance, Some(&surface))?;
-        let mut surface = Self { instance, window, surface, config: None, stale: true };
+        let mut surface =
+            Self { instance, window, surface, config: None, stale: true, lost: false };
         surface.config = Some(surface.choose(&gpu)?);
         Ok((surface, gpu))
     }
@@ -42,6 +45,11 @@ impl WindowSurface {
         self.stale = true;
     }
 
+    /// The next texture is not to be had: the surface is lost, as when a display goes.
+    pub fn lose(&mut self) {
+        self.lost = true;
+    }
+
     /// The next texture to paint on. None where there is nothing to paint on now: the window is
     /// hidden, has no area, or is just changing; then it is worth trying again later.
     pub fn next(&mut self, gpu: &Gpu) -> Result<Option<wgpu::SurfaceTexture>> {
@@ -50,7 +58,12 @@ impl WindowSurface {
             if !self.configure(gpu) {
                 return Ok(None);
             }
-            match self.surface.get_current_texture() {
+            let next = if std::mem::take(&mut self.lost) {
+                wgpu::CurrentSurfaceTexture::Lost
+            } else {
+                self.surface.get_current_texture()
+            };
+            match next {
                 wgpu::CurrentSurfaceTexture::Success(texture) => return Ok(Some(texture)),
                 wgpu::CurrentSurfaceTexture::Suboptimal(texture) => {
                     self.stale = true;
@@ -63,6 +76,7 @@ impl WindowSurface {
                 wgpu::CurrentSurfaceTexture::Lost => {
                     self.surface = create(&self.instance, &self.window)?;
                     self.stale = true;
+                    tracing::warn!("the surface was lost; going on with a new one");
                 }
                 wgpu::CurrentSurfaceTexture::Validation => {
                     gpu.check()?;

@@ -20,6 +20,8 @@ pub(super) enum Wish {
     Open(PathBuf),
     /// Let the colours of the weather map mean this.
     TakeChannels(Vec<Channel>),
+    /// Take the window's surface for lost.
+    LoseSurface,
     /// Throw the device away, as a driver that is reset does, and go on with a new one.
     LoseDevice,
 }

@@ -10,7 +10,7 @@ use cumuli::reference::Random;
 use cumuli::scene::{ParticleSpec, Scene};
 use glam::{DQuat, DVec3};
 
-use crate::{alone, picture, space};
+use crate::{TABLES, alone, picture, space};
 
 const SMALL: [u32; 2] = [64, 48];
 /// Odd, so that a block has a middle pixel.
@@ -19,10 +19,10 @@ const FACTOR: u32 = 9;
 const RADII: [f64; 2] = [2.0, 8.0];
 const PARTICLES: u64 = 40;
 
-/// Particles of all built-in shapes, scattered over the picture, turned at random.
-fn crowd() -> Scene {
+/// Particles of all built-in shapes, scattered over the picture, turned at random. Their optical radius is
+/// that of the mean density, in the medium as it is: a third of it counts, with its forward peak cut off.
+fn crowd(optical_radius: f64) -> Scene {
     const RADIUS: f64 = 100.0;
-    const OPTICAL_RADIUS: f64 = 5.0;
     // Half the picture's width at distance 1, over the pixels it has.
     let pixels_per_radian = 0.5 * f64::from(SMALL[0]) / 25f64.to_radians().tan();
     let shapes = ["pyroclastic-1", "pyroclastic-2", "pyroclastic-3", "soft-1", "soft-4"];
@@ -34,12 +34,14 @@ fn crowd() -> Scene {
             (random.unit() - 0.5) * f64::from(side) / pixels_per_radian * distance
         };
         let (x, y) = (place(&mut random, SMALL[0]), place(&mut random, SMALL[1]));
+        let shape = shapes[number as usize % shapes.len()];
+        let mean = TABLES.shape_index(shape).map_or(1.0, |index| TABLES.mean_density(index));
         let turn = DVec3::new(random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5);
         ParticleSpec {
             centre: DVec3::new(x, y, -distance),
             radius: RADIUS,
-            extinction: 3.0 * OPTICAL_RADIUS / RADIUS,
-            shape: shapes[number as usize % shapes.len()].to_owned(),
+            extinction: optical_radius / (mean * RADIUS),
+            shape: shape.to_owned(),
             orientation: DQuat::from_axis_angle(turn.normalize(), 6.0 * random.unit()),
         }
     });
@@ -55,12 +57,10 @@ fn at(picture: &Picture, x: u32, y: u32) -> [f64; 2] {
     [pixel[1].into(), pixel[3].into()]
 }
 
-#[test]
-fn distant_particles_are_closer_to_a_supersampled_picture_by_their_copies() {
-    let _turn = alone();
-    let scene = crowd();
-    let small = picture(&scene, Preset::High, SMALL);
-    let large = picture(&scene, Preset::High, SMALL.map(|side| FACTOR * side));
+/// Root mean square errors of radiance and of opacity, with copies over without.
+fn gain(scene: &Scene) -> [f64; 2] {
+    let small = picture(scene, Preset::High, SMALL);
+    let large = picture(scene, Preset::High, SMALL.map(|side| FACTOR * side));
     let (mut with, mut without) = ([0.0; 2], [0.0; 2]);
     for y in 0..SMALL[1] {
         for x in 0..SMALL[0] {
@@ -78,19 +78,27 @@ fn distant_particles_are_closer_to_a_supersampled_picture_by_their_copies() {
         }
     }
     let pixels = f64::from(SMALL[0] * SMALL[1]);
-    let [with, without] = [with, without].map(|s| s.map(|s| (s / pixels).sqrt()));
+    let rms = |s: f64| (s / pixels).sqrt();
+    let [radiance, opacity] = [0, 1].map(|c| [rms(with[c]), rms(without[c])]);
     println!(
-        "radiance {} with, {} without; opacity {} with, {} without",
-        with[0], without[0], with[1], without[1]
+        "radiance {:.5} with, {:.5} without; opacity {:.4} with, {:.4} without",
+        radiance[0], radiance[1], opacity[0], opacity[1]
     );
-    // Measured: 0.73 of the error of radiance, which the light of the outline dominates, 0.94 of that
-    // of opacity, which saturates; half of either gain is asked for.
-    for (c, most) in [0.86, 0.97].into_iter().enumerate() {
-        assert!(
-            with[c] < most * without[c],
-            "channel {c}: {} with, {} without",
-            with[c],
-            without[c]
-        );
+    [radiance, opacity].map(|[with, without]| with / without)
+}
+
+/// Optical radii, and the most of the error of radiance and opacity that copies may leave: thin, as in the
+/// scenes that ship, deep. Measured: 0.51 and
+/// 0.62, 0.78 and 0.91, 0.86 and 0.99; half of the gain is asked for, and no loss.
+const GAINS: [(f64, [f64; 2]); 3] =
+    [(1.0, [0.76, 0.82]), (5.0, [0.89, 0.96]), (20.0, [0.93, 1.02])];
+
+#[test]
+fn distant_particles_are_closer_to_a_supersampled_picture_by_their_copies() {
+    let _turn = alone();
+    for (optical_radius, most) in GAINS {
+        let left = gain(&crowd(optical_radius));
+        println!("optical radius {optical_radius}: {left:.3?} of the error is left");
+        assert!(left[0] < most[0] && left[1] < most[1], "{optical_radius}: {left:?}");
     }
 }

@@ -113,6 +113,24 @@ fn the_light_of_a_field_is_that_of_the_twin() {
 }
 
 #[test]
+fn a_giant_over_a_field_is_spread_as_the_twin_does() {
+    let mut scene = clump(1.0);
+    scene.particles.truncate(1);
+    // Its box has a million cells of the finest level, most of them outside.
+    scene.particles[0].radius = 3000.0;
+    scene.particles[0].extinction = 2e-4;
+    scene.particles[0].centre = DVec3::new(300.0, 2500.0, -200.0);
+    scene.camera.position = DVec3::new(0.0, 1100.0, 0.0);
+    scene.clouds = Some(CloudField { cells: 24, rings: 2, ..CloudField::default() });
+    let off = difference(tables(), &scene, 700.0, DVec3::new(2500.0, 600.0, 2500.0));
+    println!("giant: {off:?}");
+    assert!(
+        off[0] < LIGHT && off[1] < LIGHT && off[2] < 1e-12 && off[3].max(off[4]) < SHARES,
+        "{off:?}"
+    );
+}
+
+#[test]
 fn the_light_of_a_clump_that_absorbs_is_that_of_the_twin() {
     // The grid does not read the scattering table, but a renderer asks for one of its medium.
     let (phase, albedo) = (Phase::hg(0.6).expect("in range"), 0.9);

@@ -2,7 +2,7 @@
 
 use cumuli::frame::cpu;
 use cumuli::frame::scan::ScanPass;
-use cumuli::frame::tile_lists::{ListInputs, ListSize, TileListPass, TileLists};
+use cumuli::frame::tile_lists::{LENGTHS, ListInputs, ListSize, TileListPass, TileLists};
 use cumuli::gpu::buffers;
 
 use crate::common::{Random, gpu, library, submit};
@@ -65,8 +65,11 @@ fn words(buffer: &wgpu::Buffer, count: u64) -> Vec<u32> {
 fn check(case: &Case, sorted: u32) {
     let twin = cpu::tile_lists::lists(case.tiles, &case.order[..sorted as usize], &case.rectangles);
     let total: usize = twin.iter().map(Vec::len).sum();
-    let lists = case.run(sorted, 1 << 17, total as u32 + 5);
-    let offsets = words(&lists.tile_offsets, lists.tile_total_index() + 1);
+    let lists = case.run(sorted, 1 << 18, total as u32 + 5);
+    let mut offsets = words(&lists.tile_offsets, lists.tile_total_index() + 1 + LENGTHS);
+    let longest = offsets.split_off(offsets.len() - LENGTHS as usize);
+    assert_eq!(longest[0] as usize, twin.iter().map(Vec::len).max().unwrap_or(0));
+    assert!(longest[1] >= longest[0] && longest[1] <= sorted, "{longest:?}");
     let entries = words(&lists.tile_entries, total as u64 + 5);
     for (tile, expected) in twin.iter().enumerate() {
         let found = &entries[offsets[tile] as usize..offsets[tile + 1] as usize];
@@ -93,6 +96,13 @@ fn tiles_list_the_rectangles_that_touch_them_in_order() {
             check(&case, sorted);
         }
     }
+}
+
+#[test]
+fn many_bins_get_long_chunks() {
+    // Pictures of 8192 x 8192 pixels: 16384 bins. With chunks of 256 these particles would need more workgroups
+    // than can be dispatched, and more turns of the scan's loops than some drivers take.
+    check(&Case::new([1024, 1024], 70_000, 3, &mut Random(62)), 70_000);
 }
 
 /// Entries of all bins of 8 x 8 tiles.

@@ -9,6 +9,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use cumuli::frame::Preset;
 use cumuli::stress::beyond::beyond;
 use cumuli::stress::corners::corners;
+use cumuli::stress::large::row;
 use cumuli::stress::{Case, MEDIA, Row, Stress, Way, random};
 
 /// Two tiles across and up, so that borders of tiles are in it.
@@ -90,6 +91,40 @@ fn a_frame_that_is_wrong_fails() {
     bright.radiance[0][0] = f32::NAN;
     assert!(energy.largest(&case.scene, &bright).is_nan());
     assert_eq!(size, SIZE);
+}
+
+/// Turns of loops that a pixel in preset low takes for each particle of the row: 375 blocks of 8 bins, in each of
+/// which those are asked twice that reach into its 27 m of 10 km and 20 m before it.
+const TURNS_A_PARTICLE: f64 = 3.5;
+
+#[test]
+fn long_lists_are_right_or_told_of() {
+    let _turn = alone();
+    let mut stress = Stress::new(&[]).expect("a device and tables");
+    let most = f64::from(cumuli::frame::tile_lists::MOST_TURNS) / TURNS_A_PARTICLE;
+    let mut told = Vec::new();
+    for share in [0.5, 0.9, 1.1, 2.0] {
+        let case = Case {
+            name: format!("{share} of the longest list"),
+            scene: row((share * most) as u32),
+            time: 0.0,
+            size: [8, 8],
+            preset: Preset::Low,
+            way: Way::Alone,
+            like: Some(Box::new(row(2000))),
+        };
+        let row = stress.run(&case).0;
+        let composed = row.composed.unwrap_or_else(|| panic!("{share}: {:?}", row.failure));
+        println!("{share}: {} cut, {composed:?}", row.cut);
+        // Measured where nothing is cut: 7e-6 and 2e-6; where pixels are, 0.05.
+        let right = composed.transmittance < 1e-4 && composed.radiance < 1e-4;
+        assert!(right || row.cut > 0, "{share}: {composed:?}, and nothing told");
+        // At the second, no pixel is cut yet, but texels of shadow maps whose tile holds most of the row.
+        assert!(share > 0.5 || row.cut == 0, "{share}: {} cut", row.cut);
+        told.push(row.cut > 0);
+    }
+    // Such a driver is here: it tells of the longest.
+    assert!(told[3] || !stress.gpu().is_software(), "{told:?}");
 }
 
 #[test]

@@ -3,6 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+/// For a server to end.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Whether a program is installed.
 pub fn is_there(program: &str) -> bool {
@@ -24,20 +28,27 @@ impl Display {
         // Servers that look for a free number at the same time can find the same one, so the
         // number follows from the process and a count. The last is 59535: port 65535.
         static COUNT: AtomicU32 = AtomicU32::new(0);
-        let number = (4 * std::process::id() + COUNT.fetch_add(1, Ordering::Relaxed)) % 59_000;
-        let name = format!(":{}", 100 + number);
-        // Without -noreset it starts anew, and refuses others meanwhile, when its first client goes.
-        let server = Command::new("Xvfb")
-            .args([&name, "-noreset", "-nolisten", "tcp", "-screen", "0", "1024x768x24", "-fbdir"])
-            .arg(folder)
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("Xvfb starts");
-        let display = Self { server, name, screen: folder.join("Xvfb_screen0") };
-        super::until("the X server answers", || {
-            (!display.tool(&["getdisplaygeometry"]).is_empty()).then_some(())
-        });
-        display
+        super::until("an X server answers", || {
+            let number = (4 * std::process::id() + COUNT.fetch_add(1, Ordering::Relaxed)) % 59_000;
+            let name = format!(":{}", 100 + number);
+            // Without -noreset it starts anew, and refuses others meanwhile, when its first client
+            // goes.
+            let server = Command::new("Xvfb")
+                .args([&name, "-noreset", "-nolisten", "tcp", "-screen", "0", "1024x768x24"])
+                .arg("-fbdir")
+                .arg(folder)
+                .stderr(Stdio::null())
+                .spawn()
+                .expect("Xvfb starts");
+            let mut display = Self { server, name, screen: folder.join("Xvfb_screen0") };
+            super::until("the X server answers, or ends", || {
+                let has_ended = display.server.try_wait().expect("a state").is_some();
+                let answers = !display.tool(&["getdisplaygeometry"]).is_empty();
+                (has_ended || answers).then_some(())
+            });
+            // One that was killed left its number taken: the next may be free.
+            display.server.try_wait().expect("a state").is_none().then_some(display)
+        })
     }
 
     /// As programs want it in `DISPLAY`.
@@ -76,7 +87,13 @@ impl Display {
 
 impl Drop for Display {
     fn drop(&mut self) {
-        // It has nothing to save.
+        // Asked to end, it frees its number; killed, it would not.
+        let id = self.server.id().to_string();
+        let _ = Command::new("kill").arg(&id).stderr(Stdio::null()).status();
+        let end = Instant::now() + PATIENCE;
+        while Instant::now() < end && matches!(self.server.try_wait(), Ok(None)) {
+            std::thread::sleep(Duration::from_millis(10));
+        }
         let _ = self.server.kill();
         let _ = self.server.wait();
     }

@@ -22,11 +22,11 @@ impl Flight {
     /// Starts it with a scene, and stops the time; none where this machine has no X server to try
     /// it on.
     pub fn start(scene: &str, size: &str) -> Option<Self> {
-        Self::start_at_scale(scene, size, "1")
+        Self::start_at_scale(scene, size, Some("1"))
     }
 
-    /// The same on a display with so many pixels to a point.
-    pub fn start_at_scale(scene: &str, size: &str, scale: &str) -> Option<Self> {
+    /// The same on a display with so many pixels to a point, or as many as the display says.
+    pub fn start_at_scale(scene: &str, size: &str, scale: Option<&str>) -> Option<Self> {
         if !is_there("Xvfb") || !is_there("xdotool") {
             println!("skipped: Xvfb and xdotool are needed to try the window");
             return None;
@@ -35,12 +35,16 @@ impl Flight {
         std::fs::write(dir.path().join("scene.toml"), scene).expect("written");
         let display = Display::start(dir.path());
         let log = std::fs::File::create(dir.path().join("log")).expect("a log");
-        let child = Command::new(env!("CARGO_BIN_EXE_cumuli"))
+        let mut program = Command::new(env!("CARGO_BIN_EXE_cumuli"));
+        match scale {
+            Some(scale) => program.env("WINIT_X11_SCALE_FACTOR", scale),
+            None => program.env_remove("WINIT_X11_SCALE_FACTOR"),
+        };
+        let child = program
             .args(["fly", "--scene", "scene.toml", "--size", size])
             .current_dir(dir.path())
             .env("DISPLAY", display.name())
             .env("XDG_RUNTIME_DIR", dir.path())
-            .env("WINIT_X11_SCALE_FACTOR", scale)
             .env("RUST_LOG", "cumuli=info")
             .env_remove("WAYLAND_DISPLAY")
             .stdin(Stdio::null())

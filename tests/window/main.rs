@@ -8,6 +8,7 @@ mod drop;
 mod files;
 mod flight;
 mod maps;
+mod surfaces;
 mod views;
 
 use std::path::Path;
@@ -110,7 +111,7 @@ fn the_window_shows_the_view_and_the_panel_comes_and_goes() {
 
 #[test]
 fn odd_and_tiny_sizes() {
-    let Some(mut flight) = Flight::start_at_scale(SCENE, "320x240", "1.5") else { return };
+    let Some(mut flight) = Flight::start_at_scale(SCENE, "320x240", Some("1.5")) else { return };
     for (width, height) in [(333, 77), (1, 1), (7, 301), (640, 480)] {
         let (w, h) = (width.to_string(), height.to_string());
         let window = flight.window.clone();

@@ -152,7 +152,11 @@ impl<'a> MarchTwin<'a> {
                 let pixels = radius * self.pixels_per_radian / centre.length().max(radius);
                 let place = (point - centre) / radius;
                 f64::from(particle.extinction)
-                    * self.density(particle, place, copy_for(pixels as f32))
+                    * self.density(
+                        particle,
+                        place,
+                        copy_for(pixels as f32, particle.optical_radius),
+                    )
             };
             let tau = step * here().map(extinction).sum::<f64>();
             if tau > 0.0 {

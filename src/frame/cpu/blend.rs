@@ -121,7 +121,8 @@ impl Pixel<'_> {
         }
         let turn = DQuat::from_array(particle.orientation.map(f64::from));
         let pixels_per_radian = 0.5 * f64::from(frame.size[0]) / vector(&frame.right).length();
-        let copy = copy_for((radius * pixels_per_radian / centre.length().max(radius)) as f32);
+        let pixels = (radius * pixels_per_radian / centre.length().max(radius)) as f32;
+        let copy = copy_for(pixels, particle.optical_radius);
         for (i, bin) in block.bins.iter_mut().enumerate() {
             let [from, to] = [first, last].map(|t| t.clamp(i as f64, i as f64 + 1.0));
             if to <= from {
@@ -207,7 +208,7 @@ fn compose_block(
         *since_gap += bin.tau;
         sunlight += weight * (lit + seen.x * bin.crowded + own);
         above += weight * bin.tau * seen.y;
-        below += weight * bin.tau * (seen.z - seen.y);
+        below += weight * bin.tau * (seen.z - seen.y).max(0.0);
         sum.distance += weight * bin.tau * (begin + step * (i as f64 + within));
         sum.transmittance *= (-bin.tau).exp();
     }

@@ -285,7 +285,7 @@ impl GridLight {
                 let moments = [self.uniforms.moment_first, self.uniforms.moment_second]
                     .map(|m| f64::from(m) * sharp);
                 let at = index(&level, cell);
-                let sum: DVec3 = (0..DIRECTIONS)
+                let mut sum: DVec3 = (0..DIRECTIONS)
                     .map(|d| {
                         let weight = phase(moments, -direction(d).dot(view)) / DIRECTIONS as f64;
                         weight * self.lights[d * all + at]
@@ -293,6 +293,7 @@ impl GridLight {
                     .sum();
                 let column = shares[cell[2] * level.size[0] as usize + cell[0]];
                 let share = column.get(cell[1]).copied().unwrap_or(0.0);
+                sum.y = sum.y.min(sum.z);
                 field[at] = (f64::from(self.uniforms.albedo) * sum.max(DVec3::ZERO)).extend(share);
             }
         }

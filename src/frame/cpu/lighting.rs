@@ -150,7 +150,7 @@ impl PieceLight {
         self.own_share * light.own
             + (self.seen.x + self.once) * light.sun
             + self.seen.y * light.above
-            + (self.seen.z - self.seen.y) * light.below
+            + (self.seen.z - self.seen.y).max(0.0) * light.below
     }
 }
 

@@ -108,7 +108,10 @@ impl ChordInputs<'_> {
             particle.shape,
             turn * place(near),
             turn * place(near + 2.0 * half),
-            copy_for((radius * pixels_per_radian / centre.length().max(radius)) as f32),
+            copy_for(
+                (radius * pixels_per_radian / centre.length().max(radius)) as f32,
+                particle.optical_radius,
+            ),
         );
         let length = 2.0 * half;
         let optical_depth =

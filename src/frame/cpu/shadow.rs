@@ -157,7 +157,7 @@ impl Column<'_> {
                 let radius = f64::from(particle.radius);
                 let centre = DVec3::from(particle.centre.map(f64::from));
                 let turn = DQuat::from_array(particle.orientation.map(f64::from));
-                let copy = copy_for((radius / texel_side) as f32);
+                let copy = copy_for((radius / texel_side) as f32, particle.optical_radius);
                 for (i, bin) in bins.iter_mut().enumerate() {
                     let (a, b) = (begin + step * i as f64, begin + step * (i + 1) as f64);
                     let (a, b) = (a.max(from), b.min(to));

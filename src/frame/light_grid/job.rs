@@ -37,6 +37,7 @@ pub(super) struct Job {
     pub count: wgpu::Buffer,
     pub rings: Option<RingJob>,
     pub matter: wgpu::Buffer,
+    pub large: wgpu::Buffer,
     pub extinction: wgpu::Buffer,
     pub sun: wgpu::Buffer,
     pub lights: wgpu::Buffer,
@@ -76,6 +77,7 @@ impl Job {
             buffers::storage(gpu, "grid particles", capacity as usize, size_of::<Particle>());
         let count = particle_count_buffer(gpu, 0);
         let matter = buffers::storage(gpu, "grid matter", cells as usize, word);
+        let large = buffers::storage(gpu, "grid large", capacity as usize + 1, word);
         let extinction = buffers::storage(gpu, "grid extinction", cells as usize, word);
         let sun = buffers::storage(gpu, "grid sun", cells as usize, word);
         let light = |label, count| {
@@ -96,6 +98,7 @@ impl Job {
                 pass.spreads.as_entire_binding(),
                 matter.as_entire_binding(),
                 extinction.as_entire_binding(),
+                large.as_entire_binding(),
             ],
         );
         let stage = |offset: u64| {
@@ -161,6 +164,7 @@ impl Job {
         let texels = u64::from(size[0]) * u64::from(size[1]) * u64::from(size[2]);
         let bytes = particles.size()
             + 3 * matter.size()
+            + large.size()
             + sources.size()
             + lights.size()
             + fallen.size()
@@ -180,6 +184,7 @@ impl Job {
             count,
             rings,
             matter,
+            large,
             extinction,
             sun,
             lights,

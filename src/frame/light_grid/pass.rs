@@ -13,6 +13,8 @@ use crate::medium::Halo;
 
 /// Invocations of a workgroup of the kernels without planes; as in the shaders.
 const WORKGROUP: u32 = 64;
+/// Workgroups that spread large particles over a level, each one after the other.
+const LARGE_GROUPS: u32 = 256;
 /// Directions of travel; as in the shaders.
 pub(super) const DIRECTIONS: u32 = 12;
 /// Planes of cells a workgroup of `sweep`; as in the shader.
@@ -201,6 +203,7 @@ impl LightGridPass {
             gpu.queue.write_buffer(&job.count, 0, bytemuck::cast_slice(&[listed, listed]));
         }
         encoder.clear_buffer(&job.matter, 0, None);
+        encoder.clear_buffer(&job.large, 0, None);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("light grid"),
             timestamp_writes: None,
@@ -213,6 +216,9 @@ impl LightGridPass {
         pass.set_bind_group(0, &job.splat, &[]);
         pass.set_pipeline(self.matter.pipeline("splat"));
         pass.dispatch_workgroups(most.div_ceil(WORKGROUP), 1, 1);
+        pass.set_pipeline(self.matter.pipeline("splat_large"));
+        let levels = inputs.levels.levels.len() as u32;
+        pass.dispatch_workgroups(most.min(LARGE_GROUPS), levels, 1);
         pass.set_pipeline(self.matter.pipeline("density"));
         pass.dispatch_workgroups(job.cells.div_ceil(WORKGROUP), 1, 1);
     }

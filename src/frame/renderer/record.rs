@@ -83,6 +83,9 @@ impl Renderer {
         if plan.runs(Pass::Blend) {
             encoder.clear_buffer(&resources.blend_counts, 0, None);
         }
+        if plan.runs(Pass::Shadow) {
+            encoder.clear_buffer(&self.shadow.cut, 0, None);
+        }
         let pictures: Vec<_> = [
             screen.then_some((&resources.screen, &passes.screen_project)),
             plan.makes(Product::LightLists)
@@ -164,7 +167,7 @@ impl Renderer {
             })?;
         }
         let grid_count = self.grid.particle_count().filter(|_| plan.has_clouds());
-        self.stats.gather(&mut encoder, resources, grid_count);
+        self.stats.gather(&mut encoder, resources, &self.shadow, grid_count);
         gpu.queue.submit([encoder.finish()]);
         Ok(())
     }

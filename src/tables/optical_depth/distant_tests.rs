@@ -1,30 +1,29 @@
 //! Small pictures of distant particles: is one ray a pixel through a filtered copy closer to many
-//! rays a pixel through the density than one ray through the density is? Measured: yes, by 8 % at
-//! 1.4 pixels' radius, 15 % at 2 and at 2.8, 17 % at 4, 23 % at 5.6 and 13 % at 8. What remains is
+//! rays a pixel through the density than one ray through the density is? Measured: yes, by up to 45 % where matter
+//! is thin, less the deeper it is, and from an optical radius of 64 on no more. What remains is
 //! the outline, and that the mean of transmittances is not that of the mean density.
 
 use glam::{DQuat, DVec3};
 
 use super::random::Stream;
 use super::volume::{VOLUMES, copy_for};
-use crate::tables::TableSet;
+use super::{OpticalDepthOptions, OpticalDepthTable};
+use crate::tables::{Silent, TableSet};
 
 /// Rays along each side of a pixel of the supersampled picture.
 const RAYS: u32 = 8;
 /// Particles of each shape and size, turned and placed at random.
 const PARTICLES: u64 = 6;
-/// Optical depths through the mean density over a radius: thin, and as in the scenes that ship.
-const OPTICAL_RADII: [f64; 2] = [1.0, 4.0];
 
 /// The mean density of a chord of a shape.
 type Mean<'a> = dyn Fn(u32, DVec3, DVec3) -> f32 + 'a;
 
 /// Root mean square errors of the transmittance of pixels, by each way to answer for a pixel's ray;
-/// the particle's radius is in pixels.
+/// the particle's radius is in pixels, its optical radius the optical depth of its mean density over that.
 fn errors<const N: usize>(
     tables: &TableSet,
     radius: f64,
-    optical_radii: [f64; 2],
+    optical_radius: f64,
     ways: &[&Mean; N],
 ) -> [f64; N] {
     let mut squares = [0.0; N];
@@ -35,7 +34,6 @@ fn errors<const N: usize>(
             let mut random = Stream::new(11 + u64::from(shape), number);
             let turn = DQuat::from_axis_angle(random.on_sphere(), 7.0 * random.uniform());
             let centre = [random.uniform() - 0.5, random.uniform() - 0.5];
-            let optical_radius = optical_radii[(number % 2) as usize];
             let passed = |at: [f64; 2], mean: &Mean| {
                 let [x, y] = [(at[0] - centre[0]) / radius, (at[1] - centre[1]) / radius];
                 let reach = 1.0 - x * x - y * y;
@@ -68,41 +66,79 @@ fn errors<const N: usize>(
 }
 
 /// By each copy of the densities.
-fn copies(tables: &TableSet, radius: f64, optical_radii: [f64; 2]) -> [f64; VOLUMES] {
+fn copies(tables: &TableSet, radius: f64, optical_radius: f64) -> [f64; VOLUMES] {
     let by = |copy| move |shape, a, b| tables.copied_profile(shape, a, b, copy).mean_density;
-    errors(tables, radius, optical_radii, &[&by(0), &by(1), &by(2)])
+    errors(tables, radius, optical_radius, &[&by(0), &by(1), &by(2)])
 }
 
+/// Optical depths of the mean density over a radius, from thinner than clouds to where no copy serves;
+/// those of the scenes that ship lie between 1 and 20.
+const DEPTHS: [f64; 6] = [1.0, 4.0, 8.0, 16.0, 64.0, 256.0];
+/// Radii on the picture, pixels.
+const SIZES: [f64; 8] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0];
+
 #[test]
-fn copies_come_closer_to_a_supersampled_picture() {
+fn the_copy_that_is_chosen_is_closest_to_a_supersampled_picture() {
     let tables = TableSet::embedded().expect("built-in tables");
-    for radius in [1.4, 2.0, 2.8, 4.0, 5.6, 8.0] {
-        let errors = copies(&tables, radius, OPTICAL_RADII);
-        let copy = copy_for(radius as f32);
-        println!("radius {radius}: {errors:.4?}, copy {copy}");
-        assert!(copy > 0 && errors[copy] < 0.95 * errors[0], "{radius}: {errors:?}");
-        // No other copy is better by more than the particles' random places allow.
-        assert!(errors.iter().all(|e| errors[copy] < 1.05 * e), "{radius}: {errors:?}");
+    let (mut with, mut without, mut logarithms) = (0.0, 0.0, 0.0);
+    let mut chosen = [0; VOLUMES];
+    for depth in DEPTHS {
+        for radius in SIZES {
+            let errors = copies(&tables, radius, depth);
+            let copy = copy_for(radius as f32, depth as f32);
+            println!("optical radius {depth}, {radius} pixels: {errors:.4?}, copy {copy}");
+            let best = errors.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+            // Measured: 1.10 at worst, for the second copy at 4 pixels, which crowds do not like so wide.
+            assert!(errors[copy] < 1.12 * best, "{depth} {radius}: {errors:?}, copy {copy}");
+            logarithms += (errors[copy] / best).ln();
+            chosen[copy] += 1;
+            if copy > 0 {
+                with += errors[copy].powi(2);
+                without += errors[0].powi(2);
+            }
+        }
     }
-    for radius in [11.0, 16.0, 23.0] {
-        let errors = copies(&tables, radius, OPTICAL_RADII);
-        println!("radius {radius}: {errors:.4?}");
-        assert!(copy_for(radius as f32) == 0 && errors[0] < errors[1], "{radius}: {errors:?}");
-    }
+    let mean = (logarithms / (DEPTHS.len() * SIZES.len()) as f64).exp();
+    let gain = (with / without).sqrt();
+    println!("{mean:.4} of the best on average, {gain:.3} of the error without, {chosen:?}");
+    // Measured: 1.0073, 0.943, and 21, 21, and 6 choices. Small pictures of deep matter gain little; half of
+    // the gain is asked for.
+    assert!(mean < 1.012 && gain < 0.975 && chosen.iter().all(|count| *count >= 5));
 }
 
-/// Optical radii up to which the copies serve, and from which on they harm: a little of much matter that a
-/// copy spreads over the outline makes the whole pixel dark. Clouds lie below 20.
-const SERVE: f64 = 4.0;
-const HARM: f64 = 256.0;
+/// Nodes of the 4D tables, of each axis of the disc and of the direction: those of the built-in tables;
+/// fewer along all four axes; and along those of the disc alone, which are what the rays of a pixel differ
+/// in.
+const GRIDS: [[usize; 2]; 5] = [[30, 16], [15, 8], [8, 4], [15, 16], [8, 16]];
 
+/// What the alternative of filtering tables of chords along all four axes would give: least squares to
+/// chords all over the cells are what such a grid can hold at best.
 #[test]
-fn copies_serve_thin_matter_and_harm_deep() {
+#[ignore = "bakes tables for minutes"]
+fn copies_filtered_in_four_dimensions() {
     let tables = TableSet::embedded().expect("built-in tables");
-    for radius in [1.4, 4.0, 8.0] {
-        let chosen = copy_for(radius as f32);
-        let [thin, deep] = [SERVE, HARM].map(|r| copies(&tables, radius, [r; 2]));
-        println!("radius {radius}: optical radius {SERVE} {thin:.4?}, {HARM} {deep:.4?}");
-        assert!(thin[chosen] < thin[0] && deep[chosen] > deep[0], "{radius}: {thin:?} {deep:?}");
+    let bake = |[disc, direction]: [usize; 2]| -> Vec<OpticalDepthTable> {
+        let options = OpticalDepthOptions { disc, direction, ..Default::default() };
+        let one = |t: &OpticalDepthTable| OpticalDepthTable::bake(t.spec(), &options, &Silent);
+        tables.optical_depth().iter().map(|t| one(t).expect("a table")).collect()
+    };
+    let sets = GRIDS.map(bake);
+    let by = |set: usize| {
+        let sets = &sets;
+        move |shape: u32, a, b| sets[set][shape as usize - 1].step(a, b).mean_density
+    };
+    let (mut squares, mut chosen) = ([0.0; GRIDS.len()], 0.0);
+    for depth in [1.0, 4.0, 16.0] {
+        for radius in [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0] {
+            let volume = copies(&tables, radius, depth)[copy_for(radius as f32, depth as f32)];
+            let ways: [&Mean; GRIDS.len()] = [&by(0), &by(1), &by(2), &by(3), &by(4)];
+            let four = errors(&tables, radius, depth, &ways);
+            println!("optical radius {depth}, {radius} pixels: chosen {volume:.4}, 4D {four:.4?}");
+            chosen += volume * volume;
+            squares.iter_mut().zip(four).for_each(|(sum, error)| *sum += error * error);
+        }
     }
+    let over = squares.map(|s: f64| (s / chosen).sqrt());
+    println!("4D over chosen: {over:.3?}");
+    assert!(over.iter().all(|over| *over > 1.0), "{over:?}");
 }

@@ -13,14 +13,15 @@ const SHADER: &str = r"
 #import cumuli::optical_depth::{chord_profile, chord_fraction, chord_part, chord_step, step_fraction, copy_for}
 struct Chord { entry: vec3<f32>, shape: u32, exit: vec3<f32>, t: f32 }
 @group(0) @binding(0) var<storage, read> chords: array<Chord>;
-struct Answers { profile: vec2<f32>, copied: vec2<f32>, step: vec2<f32>, copy: vec2<f32>, exact: vec2<f32>, padding: vec2<f32> }
+struct Answers { profile: vec2<f32>, copied: vec2<f32>, step: vec2<f32>, copy: vec2<f32>, exact: vec2<f32>, deep: vec2<f32> }
 @group(0) @binding(1) var<storage, read_write> answers: array<Answers>;
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= arrayLength(&chords) { return; }
     let c = chords[id.x];
     let pixels = 20.0 * c.t;
-    let copy = copy_for(pixels);
+    let optical_radius = 40.0 * abs(c.entry.x);
+    let copy = copy_for(pixels, optical_radius);
     let profile = chord_profile(c.shape, c.entry, c.exit, 0u);
     let copied = chord_profile(c.shape, c.entry, c.exit, copy);
     let step = chord_step(c.shape, c.entry, c.exit);
@@ -30,7 +31,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         vec2(step.mean_density, step_fraction(step, c.t)),
         vec2(f32(copy), pixels),
         chord_part(c.shape, c.entry, c.exit, 0.0, c.t).xz,
-        vec2(0.0),
+        vec2(optical_radius, 0.0),
     );
 }
 ";
@@ -38,7 +39,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 /// Entry and shape, exit and fraction.
 type Chord = [f32; 8];
 /// Mean density and share by the march, by a filtered copy, by the 4D table; the copy and the
-/// radius in pixels; mean density and share by the march without packing; padding.
+/// radius in pixels; mean density and share by the march without packing; the optical radius.
 type Answers = [[f32; 2]; 6];
 
 fn random_chords(shapes: u32) -> Vec<(u32, Vec3, Vec3, f32)> {
@@ -93,8 +94,8 @@ fn shader_agrees_with_its_twin() {
     let mut copied = Difference::default();
     let mut stepped = Difference::default();
     for ((shape, entry, exit, t), answers) in chords.iter().zip(answers) {
-        let [packed, filtered, quick, [copy, pixels], exact, _] = answers;
-        assert_eq!(copy as usize, copy_for(pixels), "{pixels}");
+        let [packed, filtered, quick, [copy, pixels], exact, [deep, _]] = answers;
+        assert_eq!(copy as usize, copy_for(pixels, deep), "{pixels} {deep}");
         let (a, b) = (entry.as_dvec3(), exit.as_dvec3());
         let length = (*exit - *entry).length();
         // The direction of a chord this short is lost in f32, and no optical depth is on it.

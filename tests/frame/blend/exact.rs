@@ -31,7 +31,7 @@ pub(super) fn copy_in(pixel: &Pixel<'_>, particle: &Particle) -> usize {
     let frame = pixel.inputs.frame;
     let pixels_per_radian = 0.5 * frame.size[0] as f32 / Vec3::from_slice(&frame.right).length();
     let distance = Vec3::from(particle.centre).length().max(particle.radius);
-    copy_for(particle.radius * pixels_per_radian / distance)
+    copy_for(particle.radius * pixels_per_radian / distance, particle.optical_radius)
 }
 
 /// Adds up all particles at every point of a ray, in small steps.

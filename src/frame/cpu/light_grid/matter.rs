@@ -6,53 +6,132 @@ use glam::DVec3;
 
 use super::GridLight;
 use super::cells::{index, low, side};
-use crate::frame::gpu_data::Particle;
+use crate::frame::gpu_data::{GridLevel, Particle};
+
+/// Cells of the box around a ball beyond which the sum of its shares is their integral.
+const MOST_CELLS: f64 = 2048.0;
+
+/// How a particle is spread over the cells of a level.
+struct Spread {
+    /// m.
+    ball: f64,
+    cell: DVec3,
+    /// Cells from the level's corner.
+    place: DVec3,
+    /// Cells that may get a share, to each side.
+    reach: DVec3,
+    is_small: bool,
+}
+
+impl Spread {
+    fn new(level: &GridLevel, ball: f64, middle: DVec3) -> Self {
+        let cell = side(level);
+        let place = (middle - low(level)) / cell;
+        let is_small = ball < 0.75 * cell.max_element();
+        let reach = if is_small { DVec3::ONE } else { ball / cell + 0.5 };
+        Self { ball, cell, place, reach, is_small }
+    }
+
+    fn share(&self, at: DVec3) -> f64 {
+        let away = self.place - at - 0.5;
+        if self.is_small {
+            let hat = (1.0 - away.abs()).max(DVec3::ZERO);
+            return hat.x * hat.y * hat.z;
+        }
+        let offset = away * self.cell;
+        let distance = offset.length();
+        let width = offset.abs().dot(self.cell) / distance.max(1e-6);
+        ((self.ball - distance) / width.max(self.cell.min_element()) + 0.5).clamp(0.0, 1.0)
+    }
+
+    /// Calls `f` with the cells of the box within limits, and their shares.
+    fn shares(&self, least: DVec3, most: DVec3, mut f: impl FnMut(DVec3, f64)) {
+        let first = (self.place - self.reach).floor().max(least);
+        let last = (self.place + self.reach).floor().min(most);
+        let along = |axis: usize| first[axis] as i64..=last[axis] as i64;
+        for z in along(2) {
+            for y in along(1) {
+                for x in along(0) {
+                    let at = DVec3::new(x as f64, y as f64, z as f64);
+                    f(at, self.share(at));
+                }
+            }
+        }
+    }
+
+    fn is_large(&self) -> bool {
+        (2.0 * self.reach + 1.0).element_product() > MOST_CELLS
+    }
+
+    /// Sum of the shares of all cells, wherever the level ends.
+    fn sum(&self) -> f64 {
+        let mut sum = 0.0;
+        self.shares(DVec3::NEG_INFINITY, DVec3::INFINITY, |_, share| sum += share);
+        sum
+    }
+
+    /// The same of a large ball: the integral of the shares. The square of the ramp's width is its mean
+    /// over all directions.
+    fn integral(&self) -> f64 {
+        let (cell, ball) = (self.cell, self.ball);
+        let mixed = cell.x * cell.y + cell.y * cell.z + cell.z * cell.x;
+        let square = cell.length_squared() / 3.0 + 4.0 / (3.0 * PI) * mixed;
+        4.0 / 3.0 * PI * ball * (ball * ball + 0.25 * square) / cell.element_product()
+    }
+}
 
 impl GridLight {
     pub(super) fn splat(&mut self, particle: &Particle, spread: f64) {
         let radius = f64::from(particle.radius);
-        let ball = radius * spread;
         let mass = f64::from(particle.optical_radius) * radius * radius * 4.0 / 3.0 * PI;
         let middle = DVec3::from_array(particle.centre.map(f64::from));
         for l in 0..self.levels() {
             let level = self.level(l);
-            let cell = side(&level);
-            let place = (middle - low(&level)) / cell;
-            let reach = (ball / cell).max(DVec3::splat(0.5)) + 0.5;
+            let spread = Spread::new(&level, radius * spread, middle);
             let size = DVec3::new(level.size[0].into(), level.size[1].into(), level.size[2].into());
+            let (place, reach) = (spread.place, spread.reach);
             if (place + reach).min_element() < 0.0 || (place - reach).cmpgt(size).any() {
                 continue;
             }
-            let first = (place - reach).floor().as_i64vec3();
-            let last = (place + reach).floor().as_i64vec3();
-            let small = ball < 0.75 * cell.max_element();
-            let share = |x: i64, y: i64, z: i64| {
-                let away = place - DVec3::new(x as f64, y as f64, z as f64) - 0.5;
-                if small {
-                    let hat = (1.0 - away.abs()).max(DVec3::ZERO);
-                    return hat.x * hat.y * hat.z;
-                }
-                let offset = away * cell;
-                let distance = offset.length();
-                let width = (offset.abs().dot(cell) / distance.max(1e-6)).max(cell.min_element());
-                ((ball - distance) / width + 0.5).clamp(0.0, 1.0)
-            };
-            let mut all = Vec::new();
-            for z in first.z..=last.z {
-                for y in first.y..=last.y {
-                    for x in first.x..=last.x {
-                        all.push(([x, y, z], share(x, y, z)));
-                    }
-                }
-            }
-            let total: f64 = all.iter().map(|(_, s)| s).sum();
-            let scale = mass / (total.max(1e-20) * cell.x * cell.y * cell.z);
-            for (at, share) in all {
-                if (0..3).all(|i| at[i] >= 0 && at[i] < i64::from(level.size[i])) {
-                    let at = index(&level, at.map(|v| v as usize));
-                    self.extinction[at] += share * scale;
-                }
-            }
+            let total = if spread.is_large() { spread.integral() } else { spread.sum() };
+            let scale = mass / (total.max(1e-20) * spread.cell.element_product());
+            spread.shares(DVec3::ZERO, size - 1.0, |at, share| {
+                let at = index(&level, at.to_array().map(|v| v as usize));
+                self.extinction[at] += share * scale;
+            });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::Random;
+
+    #[test]
+    fn the_sum_of_a_large_balls_shares_is_their_integral() {
+        let (mut worst, mut worst_flat) = (0.0f64, 0.0f64);
+        for number in 0..200 {
+            let mut random = Random::new(31, 0, number);
+            // Cubes, as over listed particles, and the flat cells of a field.
+            let flat = if number % 2 == 0 { 1.0 } else { 0.3 + 0.7 * random.unit() };
+            let level = GridLevel {
+                low: [0.0; 4],
+                cell: [40.0, 40.0 * flat as f32, 40.0, 0.0],
+                size: [64, 64, 64, 0],
+            };
+            let ball = 40.0 * (3.0 + 9.0 * random.unit());
+            let middle = 1000.0 * DVec3::new(random.unit(), random.unit(), random.unit());
+            let spread = Spread::new(&level, ball, middle);
+            if !spread.is_large() {
+                continue;
+            }
+            let off = (spread.integral() / spread.sum() - 1.0).abs();
+            let worst = if flat == 1.0 { &mut worst } else { &mut worst_flat };
+            *worst = worst.max(off);
+        }
+        println!("cubes {worst}, flat {worst_flat}");
+        // Measured: 0.0014 and 0.0021, of the least that are large; the lattice matters less for larger ones.
+        assert!(worst > 0.0 && worst < 0.003 && worst_flat > 0.0 && worst_flat < 0.004);
     }
 }
