@@ -215,7 +215,9 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 var front = sun_depth(begin * dir);
                 var pair_back = front;
                 let last_back = sun_depth(stop * dir);
-                let path = frame.halo_share * (0.5 * (front + last_back) - log(max(transmittance, DARK)));
+                // Where the block's light comes from, on the way to the sun and to the eye.
+                let deep = mean_scatter_fraction(matter_sum);
+                let path = frame.halo_share * (mix(front, last_back, deep) + deep * matter_sum - log(max(transmittance, DARK)));
                 let once = phase_first * halo_factor(sun_row, path);
                 var sunlight = 0.0;
                 var above = 0.0;

@@ -48,21 +48,35 @@ impl Passes {
         medium: &GridMedium<'_>,
         [tables, sky, weather]: [&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
-        let light_grid = LightGridPass::new(gpu, library, medium)?;
-        let groups = [tables, sky, light_grid.layout()];
-        let light = LightPass::new(gpu, library, &groups)?;
-        let blend = BlendPass::new(gpu, library, quality.steps, &groups)?;
+        // In two halves at once, of about the same time: nobody waits for one after the other.
+        let (lit, others) = rayon::join(
+            || -> Result<_> {
+                let light_grid = LightGridPass::new(gpu, library, medium)?;
+                let groups = [tables, sky, light_grid.layout()];
+                let light = LightPass::new(gpu, library, &groups)?;
+                let blend = BlendPass::new(gpu, library, quality.steps, &groups)?;
+                Ok((light_grid, light, blend))
+            },
+            || -> Result<_> {
+                let shadow = ShadowPass::new(gpu, library, quality.shadow_steps, tables)?;
+                let resolve = ResolvePass::new(gpu, library, tables, sky)?;
+                let rings = RingPass::new(gpu, library, weather)?;
+                let lists = ListPasses::new(gpu, library)?;
+                Ok((shadow, resolve, rings, lists))
+            },
+        );
+        let ((light_grid, light, blend), (shadow, resolve, rings, lists)) = (lit?, others?);
         Ok(Self {
-            rings: RingPass::new(gpu, library, weather)?,
-            lists: ListPasses::new(gpu, library)?,
+            rings,
+            lists,
             screen_project: ProjectPass::screen(gpu, library)?,
             light_project: ProjectPass::light(gpu, library)?,
             light,
             light_grid,
-            shadow: ShadowPass::new(gpu, library, quality.shadow_steps, tables)?,
+            shadow,
             blend,
             reuse: ReusePass::new(gpu, library)?,
-            resolve: ResolvePass::new(gpu, library, tables, sky)?,
+            resolve,
             tonemap: TonemapPass::new(gpu, library)?,
         })
     }
