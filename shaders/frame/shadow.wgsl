@@ -122,8 +122,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
     var matter_begin = FAR;
     var enough_at = FAR;
     var last = 0.0; // where matter ends
-    let most = (end - low) * (3u * STEPS / u32(BINS) + 3u);
-    var finished = low >= end;
+    let most = (end - low) * (4u * STEPS / u32(BINS) + 8u);
     var is_cut = false;
     for (var block = 0u; block < most; block++) {
         var begin = FAR;
@@ -150,7 +149,6 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
         }
         is_cut = is_cut || !(searched || entry >= end);
         if begin >= FAR {
-            finished = true;
             break;
         }
         let step = max(smallest / f32(STEPS), LEAST_STEP * abs(begin));
@@ -210,11 +208,10 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
         }
         cursor = stop;
         if depth >= ENOUGH {
-            finished = true;
             break;
         }
     }
-    if is_cut || !finished {
+    if is_cut {
         atomicAdd(&cut, 1u);
     }
     if depth <= 0.0 {
