@@ -94,9 +94,9 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         var since_gap = 0.0;
         var field = vec4(0.0);
         var field_at = -1.0;  // m, where `field` is the light field
-        // A particle is the smallest in no more blocks than its diameter is long, and the two at
-        // its ends.
-        let most = (end - low) * (2u * STEPS / u32(BINS) + 3u);
+        // A particle is the smallest in no more blocks than its diameter and the radius before it are
+        // long, and the two at its ends.
+        let most = (end - low) * (3u * STEPS / u32(BINS) + 3u);
         // Drivers may end loops before their time (lavapipe after 65535 turns of all loops): told by these.
         var finished = false;
         var cut = false;
@@ -215,7 +215,9 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 var front = sun_depth(begin * dir);
                 var pair_back = front;
                 let last_back = sun_depth(stop * dir);
-                let path = frame.halo_share * (0.5 * (front + last_back) - log(max(transmittance, DARK)));
+                // Where the block's light comes from, on the way to the sun and to the eye.
+                let deep = mean_scatter_fraction(matter_sum);
+                let path = frame.halo_share * (mix(front, last_back, deep) + deep * matter_sum - log(max(transmittance, DARK)));
                 let once = phase_first * halo_factor(sun_row, path);
                 var sunlight = 0.0;
                 var above = 0.0;

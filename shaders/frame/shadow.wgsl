@@ -122,7 +122,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
     var matter_begin = FAR;
     var enough_at = FAR;
     var last = 0.0; // where matter ends
-    let most = (end - low) * (2u * STEPS / u32(BINS) + 3u);
+    let most = (end - low) * (3u * STEPS / u32(BINS) + 3u);
     var finished = low >= end;
     var is_cut = false;
     for (var block = 0u; block < most; block++) {

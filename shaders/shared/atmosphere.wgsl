@@ -17,7 +17,7 @@ struct SkyUniforms {
     to_green: vec4<f32>,
     to_blue: vec4<f32>,
     ground_albedo: vec4<f32>,      // at the four wavelengths
-    ground_colour: vec4<f32>,      // rgb: the same albedo
+    ground_colour: vec4<f32>,      // rgb: the same albedo; w: 1 where there is a ground under a uniform sky
     sun: vec4<f32>,                // xyz: towards the sun; w: irradiance
     disc: vec4<f32>,               // x: angular radius, rad; y: radiance of the middle per irradiance
     camera_altitude: f32,          // m, never below 0

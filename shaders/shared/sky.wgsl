@@ -106,7 +106,9 @@ fn sky_ambient_above(altitude: f32) -> vec3<f32> {
 // lit by the sun and by the sky.
 fn sky_below(altitude: f32, shares: vec2<f32>) -> vec3<f32> {
     if is_uniform(altitude) {
-        return vec3(sky.uniform_radiance);
+        let by_sun = sky.sun.w * max(sky.sun.y, 0.0) / PI;
+        let lit = sky.ground_colour.rgb * (shares.x * by_sun + shares.y * sky.uniform_radiance);
+        return select(vec3(sky.uniform_radiance), lit, sky.ground_colour.w > 0.0);
     }
     return light_at(altitude, 2.0) + shares.x * light_at(altitude, 3.0) + shares.y * light_at(altitude, 4.0);
 }

@@ -103,6 +103,7 @@ mod tests {
             angular_diameter: 0.0093,
             camera_altitude: 30.0,
             ground_albedo: Vec3::splat(0.1),
+            has_ground: true,
         };
         for camera_altitude in [2.0, 30.0, 1480.0, 9000.0] {
             let surroundings = AtmosphereSky::new(&SkyInputs { camera_altitude, ..inputs });

@@ -183,6 +183,7 @@ mod tests {
             angular_diameter: 0.0093,
             camera_altitude: 10.0,
             ground_albedo: Vec3::splat(0.1),
+            has_ground: true,
         }
     }
 

@@ -57,6 +57,7 @@ impl Sky {
             angular_diameter: 0.0093,
             camera_altitude: 0.0,
             ground_albedo: Vec3::ZERO,
+            has_ground: false,
         };
         let work = pass.update(gpu(), &inputs);
         let mut encoder = gpu().device.create_command_encoder(&Default::default());

@@ -185,7 +185,11 @@ fn compose_block(
     let place = |bins: usize| (begin + step * bins as f64) * ray.dir;
     let depth = |bins: usize| (ray.sun_depth)(place(bins));
     let depths = [depth(0), depth(BINS)];
-    let path = ray.halo_share * (0.5 * (depths[0] + depths[1]) - sum.transmittance.max(DARK).ln());
+    // Where the block's light comes from, on the way to the sun and to the eye.
+    let matter = block.bins.iter().map(|bin| bin.tau).sum();
+    let deep = mean_scatter_fraction(matter);
+    let to_sun = depths[0] + (depths[1] - depths[0]) * deep;
+    let path = ray.halo_share * (to_sun + deep * matter - sum.transmittance.max(DARK).ln());
     let once = ray.first * ray.halo.factor(ray.half_sine, path);
     let (mut sunlight, mut above, mut below) = (0.0, 0.0, 0.0);
     for (i, bin) in block.bins.iter().enumerate().filter(|(_, bin)| bin.tau > 0.0) {

@@ -3,6 +3,7 @@
 use glam::{DVec3, DVec4};
 
 use super::light_grid::FieldSeen;
+use super::segments::mean_scatter_fraction;
 use crate::frame::gpu_data::ParticleLight;
 use crate::medium::Halo;
 
@@ -135,7 +136,8 @@ impl RayLight<'_> {
     ) -> PieceLight {
         let at = |t: f64| self.field.at(t * self.dir);
         let seen = at(cursor).lerp(at(next), seen);
-        let path = self.halo_share * (0.5 * (front + back) + before.view);
+        let deep = mean_scatter_fraction(tau);
+        let path = self.halo_share * (front + (back - front) * deep + deep * tau + before.view);
         let first = self.first * self.halo.factor(self.half_sine, path);
         let once = first * mean_sunlight(front, back, tau);
         PieceLight { seen, once, own_share: own_share(before.since_gap, tau, self.delta_scale) }

@@ -120,11 +120,14 @@ impl Sky {
     /// Mean radiance of the lower hemisphere over ground of which clouds leave these shares, lit by the
     /// sun and by the sky. Altitude in m.
     pub fn sky_below(&self, altitude: f64, shares: [f64; 2]) -> DVec3 {
-        self.uniform().unwrap_or_else(|| {
-            let [_, air, by_sun, by_sky] = self.air.hemispheres(altitude.max(0.0), self.sun.y);
-            (colour(air) + shares[0] * colour(by_sun) + shares[1] * colour(by_sky))
-                * self.irradiance
-        })
+        if let Some(radiance) = self.uniform() {
+            let by_sun = self.irradiance * self.sun.y.max(0.0) / PI;
+            let ground = self.inputs.ground_albedo.as_dvec3();
+            let lit = ground * (shares[0] * by_sun + shares[1] * radiance);
+            return if self.inputs.has_ground { lit } else { radiance };
+        }
+        let [_, air, by_sun, by_sky] = self.air.hemispheres(altitude.max(0.0), self.sun.y);
+        (colour(air) + shares[0] * colour(by_sun) + shares[1] * colour(by_sky)) * self.irradiance
     }
 
     /// The air between the camera and a place at this distance, m, up to infinity.

@@ -79,6 +79,7 @@ pub fn sky_inputs(scene: &Scene) -> SkyInputs {
         angular_diameter: scene.sun.angular_diameter.to_radians() as f32,
         camera_altitude: scene.camera.position.y,
         ground_albedo: scene.effective_ground().map_or(DVec3::ZERO, |g| g.albedo).as_vec3(),
+        has_ground: scene.effective_ground().is_some(),
     }
 }
 

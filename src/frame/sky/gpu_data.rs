@@ -100,7 +100,7 @@ impl SkyUniforms {
             to_green: rows[1],
             to_blue: rows[2],
             ground_albedo: four(spectrum::reflectance(colour.as_dvec3())),
-            ground_colour: colour.extend(0.0).to_array(),
+            ground_colour: colour.extend(f32::from(inputs.has_ground)).to_array(),
             sun: inputs.sun_direction.extend(inputs.sun_irradiance).to_array(),
             disc: [radius as f32, disc_peak(radius) as f32, 0.0, 0.0],
             camera_altitude: altitude as f32,

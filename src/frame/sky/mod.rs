@@ -46,6 +46,8 @@ pub struct SkyInputs {
     pub camera_altitude: f64,
     /// Linear sRGB, 0 to 1.
     pub ground_albedo: Vec3,
+    /// Whether there is a ground under a uniform sky; under an atmosphere there always is.
+    pub has_ground: bool,
 }
 
 /// What has to be made again. Each kind includes those before it.

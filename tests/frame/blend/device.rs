@@ -54,6 +54,7 @@ impl Device {
                 angular_diameter: 0.01,
                 camera_altitude: cloud.altitude,
                 ground_albedo: Vec3::ZERO,
+                has_ground: false,
             },
         );
         // One list for all tiles: a tile's list may hold particles that none of its pixels see.

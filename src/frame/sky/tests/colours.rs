@@ -109,6 +109,7 @@ fn a_uniform_sky_is_uniform() {
     let mut asked = inputs(50.0, 100.0);
     asked.kind = SkyKind::Uniform { radiance: 0.0318 };
     asked.sun_irradiance = 2.0;
+    asked.has_ground = false;
     for dir in [DVec3::Y, direction(1.0, 4.0), direction(-70.0, 100.0)] {
         let a = answer(&mut bench, &asked, dir);
         assert_eq!(a.sky, [0.0318; 3]);
@@ -122,4 +123,13 @@ fn a_uniform_sky_is_uniform() {
     let a = bench.ask(&[query(DVec3::NEG_Y, 100.0, 0.0)])[0];
     let light = 2.0 * 50f64.to_radians().sin() / std::f64::consts::PI + 0.0318;
     assert!((f64::from(a.ground[0]) / (0.09 * light) - 1.0).abs() < 1e-5, "{:?}", a.ground);
+    // It is what lights from below.
+    asked.has_ground = true;
+    let a = answer(&mut bench, &asked, DVec3::Y);
+    assert_eq!(a.above, [0.0318, 0.0318, 0.0318, 0.0]);
+    for (below, albedo) in a.below.iter().zip([0.09, 0.11, 0.06]) {
+        assert!((f64::from(*below) / (albedo * light) - 1.0).abs() < 1e-5, "{:?}", a.below);
+    }
+    let twin = crate::frame::cpu::sky::Sky::new(&asked, 4).sky_ambient_below(100.0);
+    assert!((twin / (DVec3::new(0.09, 0.11, 0.06) * light) - 1.0).abs().max_element() < 1e-6);
 }

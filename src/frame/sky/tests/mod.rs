@@ -105,6 +105,7 @@ fn inputs(sun_degrees: f32, camera_altitude: f64) -> SkyInputs {
         angular_diameter: 0.0093,
         camera_altitude,
         ground_albedo: Vec3::new(0.09, 0.11, 0.06),
+        has_ground: true,
     }
 }
 
