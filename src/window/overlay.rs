@@ -20,6 +20,9 @@ pub(super) struct Overlay {
     /// Where the pointer is, in points. egui itself learns it with the next frame only: a press that
     /// follows a quick movement would be judged by where the pointer was.
     pointer: Option<egui::Pos2>,
+    /// Pixels a point as the last event told them, over those that winit's window tells: on X11 it goes on
+    /// with the old ones when the display's scale changes (winit 0.30), and egui asks the window.
+    beside_winit: f32,
 }
 
 /// A texture that egui knows.
@@ -42,7 +45,7 @@ impl Overlay {
         );
         let options = egui_wgpu::RendererOptions { dithering: false, ..Default::default() };
         let renderer = egui_wgpu::Renderer::new(&gpu.device, format, options);
-        Self { window, state, renderer, pictures: [None, None], pointer: None }
+        Self { window, state, renderer, pictures: [None, None], pointer: None, beside_winit: 1.0 }
     }
 
     /// Hands an event on; whether it asks for a new frame.
@@ -54,6 +57,13 @@ impl Overlay {
                 self.pointer = Some(egui::pos2(at.x, at.y) / scale);
             }
             WindowEvent::CursorLeft { .. } => self.pointer = None,
+            WindowEvent::ScaleFactorChanged { scale_factor, .. } => {
+                let beside = (scale_factor / self.window.scale_factor()) as f32;
+                let ctx = self.state.egui_ctx();
+                // A zoom that was chosen by keys stays.
+                ctx.set_zoom_factor(ctx.zoom_factor() * beside / self.beside_winit);
+                self.beside_winit = beside;
+            }
             _ => {}
         }
         self.state.on_window_event(&self.window, event).repaint

@@ -10,11 +10,11 @@ use naga::{AddressSpace, Block, Expression, Function, Handle, Module, Statement}
 /// What a value depends on, as far as the driver follows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Depends {
-    OnNothing,
-    OnUniforms,
-    OnMore,
+    Nothing,
+    Uniforms,
+    More,
 }
-use Depends::{OnMore, OnNothing, OnUniforms};
+use Depends::{More, Nothing, Uniforms};
 
 /// One function with what its arguments depend on in one call.
 struct Walk<'a> {
@@ -30,14 +30,14 @@ struct Walk<'a> {
 impl<'a> Walk<'a> {
     fn new(module: &'a Module, function: &'a Function, arguments: Vec<Depends>) -> Self {
         let locals = function.local_variables.iter();
-        let locals = locals.map(|_| OnNothing).collect();
+        let locals = locals.map(|_| Nothing).collect();
         Self {
             module,
             function,
             arguments,
             locals,
             calls: Vec::new(),
-            returns: OnNothing,
+            returns: Nothing,
             found: Vec::new(),
         }
     }
@@ -57,28 +57,28 @@ impl<'a> Walk<'a> {
 
     fn of(&self, handle: Handle<Expression>) -> Depends {
         let of_all = |handles: &[Handle<Expression>]| {
-            handles.iter().map(|&h| self.of(h)).max().unwrap_or(OnNothing)
+            handles.iter().map(|&h| self.of(h)).max().unwrap_or(Nothing)
         };
         match self.function.expressions[handle] {
             Expression::Literal(_)
             | Expression::Constant(_)
             | Expression::Override(_)
-            | Expression::ZeroValue(_) => OnNothing,
+            | Expression::ZeroValue(_) => Nothing,
             Expression::FunctionArgument(index) => self.arguments[index as usize],
             Expression::GlobalVariable(global) => {
                 match self.module.global_variables[global].space {
-                    AddressSpace::Uniform => OnUniforms,
-                    _ => OnMore,
+                    AddressSpace::Uniform => Uniforms,
+                    _ => More,
                 }
             }
             Expression::LocalVariable(local) => self.locals[local.index()],
             Expression::Load { pointer } => self.of(pointer),
             // The driver follows loads from constant places only.
             Expression::Access { base, index } => {
-                if self.of(index) == OnNothing {
+                if self.of(index) == Nothing {
                     self.of(base)
                 } else {
-                    OnMore
+                    More
                 }
             }
             Expression::AccessIndex { base, .. } => self.of(base),
@@ -100,13 +100,13 @@ impl<'a> Walk<'a> {
                 .iter()
                 .rev()
                 .find(|(result, _)| *result == handle)
-                .map_or(OnMore, |(_, depends)| *depends),
-            _ => OnMore,
+                .map_or(More, |(_, depends)| *depends),
+            _ => More,
         }
     }
 
     fn condition(&mut self, handle: Handle<Expression>) {
-        if self.of(handle) == OnUniforms {
+        if self.of(handle) == Uniforms {
             let name = self.function.name.clone().unwrap_or_else(|| "an entry point".to_owned());
             self.found.push(name);
         }
@@ -154,7 +154,7 @@ impl<'a> Walk<'a> {
                 Statement::Store { pointer, value } => self.raise(pointer, self.of(value)),
                 Statement::Call { function, ref arguments, result } => {
                     for &argument in arguments {
-                        self.raise(argument, OnMore);
+                        self.raise(argument, More);
                     }
                     let depends = arguments.iter().map(|&a| self.of(a)).collect();
                     let (returns, found) =
@@ -176,7 +176,7 @@ impl<'a> Walk<'a> {
 fn branches_on_uniforms(module: &Module) -> Vec<String> {
     let mut found = Vec::new();
     for entry in &module.entry_points {
-        let arguments = vec![OnMore; entry.function.arguments.len()];
+        let arguments = vec![More; entry.function.arguments.len()];
         let (_, of_entry) = Walk::new(module, &entry.function, arguments).run();
         found.extend(of_entry.into_iter().map(|function| format!("{}: {function}", entry.name)));
     }

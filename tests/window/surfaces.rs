@@ -60,6 +60,10 @@ fn the_display_changes_its_scale() {
         until("a picture of the new scale", || {
             (flight.picture().dimensions() == size).then_some(())
         });
+        // The panel begins at a margin of 8 points and is some 300 points wide, whatever a point is.
+        let screen = flight.screen_at_rest([size.0, size.1]);
+        let at = |points: u32| screen.get_pixel(points * dpi / 96, 30 * dpi / 96).0[1];
+        assert!(at(250) < 60, "the panel is there: {}", at(250));
         flight.keep_screen(&format!("scale-{dpi}.png"), [size.0, size.1]);
     }
     assert_eq!(flight.picture(), before, "as it was");
