@@ -4,8 +4,10 @@
 //! `cargo run --example weather_map -- scenes/cyclone.png`
 
 use std::error::Error;
+use std::io::Cursor;
 
-use image::{Rgb, RgbImage};
+use cumuli::output::write_atomically;
+use image::{ImageFormat, Rgb, RgbImage};
 
 /// Pixels a side; the scene makes them 160 m wide.
 pub const SIDE: u32 = 256;
@@ -46,6 +48,8 @@ pub fn map() -> RgbImage {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args_os().nth(1).ok_or("expected the name of the PNG file to write")?;
-    map().save(path)?;
+    let mut bytes = Vec::new();
+    map().write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png)?;
+    write_atomically(path.as_ref(), |file| file.write_all(&bytes))?;
     Ok(())
 }

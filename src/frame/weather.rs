@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DVec2, IVec2, UVec2};
+use glam::{DVec2, UVec2};
 
 use super::gpu_data::{CloudUniforms, MapUniforms, Ring};
 use super::rings;
@@ -121,11 +121,6 @@ fn set(ring: &mut Ring, axis: usize, [first, step]: [i128; 2]) {
     ring.map_step_share[axis] = step as u32;
 }
 
-/// The place on the map of the corner of a ring's first cell, texels; for tests.
-pub fn first_place(ring: &Ring) -> DVec2 {
-    IVec2::from(ring.map_first).as_dvec2() + UVec2::from(ring.map_first_share).as_dvec2() / UNITS
-}
-
 /// The map on the device; one word where there is none.
 pub struct WeatherBuffer {
     layout: wgpu::BindGroupLayout,
@@ -173,6 +168,8 @@ impl WeatherBuffer {
     /// Holds this map from now on. Copies nothing where it does already.
     pub fn hold(&mut self, gpu: &Gpu, weather: Option<&Weather>) {
         if self.holds.as_ref() == weather {
+            // Equal pixels may be others in memory, after a reload: the same ones are told apart at once.
+            self.holds = weather.cloned();
             return;
         }
         let count = weather.map_or(1, |w| 2 * CURVE_KNOTS + w.image.texels().len());

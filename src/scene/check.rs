@@ -40,9 +40,14 @@ pub(super) fn units(scene: &Scene) -> Checked {
         return Err(root.key("sun").key("direction").fault(message));
     }
     let map = scene.clouds.as_ref().and_then(|clouds| clouds.weather.as_ref());
-    if map.is_some_and(|map| map.image.texels().is_empty()) {
-        let clouds = root.key("clouds");
-        return Err(clouds.key("weather").key("image").fault("expected pixels, found none"));
+    if let Some(map) = map {
+        let [width, height] = map.image.size();
+        let most = limits::MOST_MAP_SIDE;
+        let fits = [width, height].iter().all(|side| (1..=most).contains(side));
+        if !fits || map.image.texels().len() != width as usize * height as usize {
+            let message = format!("expected 1 to {most} pixels a side, found {width} x {height}");
+            return Err(root.key("clouds").key("weather").key("image").fault(message));
+        }
     }
     let list = root.key("particles");
     match scene.particles.iter().position(|p| !is_unit(p.orientation.length_squared())) {
@@ -137,7 +142,8 @@ fn weather(map: &WeatherMap, field: &CloudField, at: At<'_>) -> Checked {
     at.key("centre").numbers(&map.centre.to_array(), &limits::COORDINATE)?;
     let channels = at.key("channels");
     if !limits::MAP_CHANNELS.contains(&map.channels.len()) {
-        let message = format!("expected 1 to 3 names, found {}", map.channels.len());
+        let (least, most) = (limits::MAP_CHANNELS.start(), limits::MAP_CHANNELS.end());
+        let message = format!("expected {least} to {most} names, found {}", map.channels.len());
         return Err(channels.fault(message));
     }
     for (index, channel) in map.channels.iter().enumerate() {

@@ -115,7 +115,12 @@ impl Scene {
     pub fn identity(&self) -> Result<String> {
         let map = self.clouds.as_ref().and_then(|clouds| clouds.weather.as_ref());
         let mark = map.map(|m| format!("# weather map {:016x}\n", m.image.fingerprint()));
-        Ok(self.to_toml()? + &mark.unwrap_or_default())
+        // Not how the map is named: that depends on the folder the program was started in.
+        let mut scene = self.clone();
+        if let Some(map) = scene.clouds.as_mut().and_then(|clouds| clouds.weather.as_mut()) {
+            map.file = "map".into();
+        }
+        Ok(scene.to_toml()? + &mark.unwrap_or_default())
     }
 
     /// Checks every value, for scenes that were made by a program. What [`Scene::load`] returns

@@ -213,9 +213,12 @@ impl WeatherImage {
     }
 
     /// An image of these texels, line by line: 16 bits of coverage, then 8 of height, then 8 of
-    /// extinction. What is missing is clear.
+    /// extinction. What is missing is clear. An image of more than [`limits::MOST_MAP_SIDE`] pixels a side is
+    /// not filled up: [`Scene::validate`](super::Scene::validate) refuses it.
     pub fn new(size: [u32; 2], mut texels: Vec<u32>) -> Self {
-        texels.resize(size[0] as usize * size[1] as usize, 0);
+        if size.iter().all(|side| *side <= limits::MOST_MAP_SIDE) {
+            texels.resize(size[0] as usize * size[1] as usize, 0);
+        }
         let mut hasher = DefaultHasher::new();
         size.iter().for_each(|side| hasher.write_u32(*side));
         texels.iter().for_each(|texel| hasher.write_u32(*texel));
