@@ -98,6 +98,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         // long, and the two at its ends; and room for what is rounded.
         let most = (end - low) * (4u * STEPS / u32(BINS) + 8u);
         // Drivers may end loops before their time (lavapipe after 65535 turns of all loops): told by these.
+        var finished = false;
         var cut = false;
         for (var block = 0u; block < most; block++) {
             var begin = FAR;
@@ -125,6 +126,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
             }
             cut = cut || !(searched || entry >= end);
             if begin >= FAR {
+                finished = true;
                 break;
             }
             since_gap = select(since_gap, 0.0, begin > cursor);
@@ -253,12 +255,13 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 }
                 radiance += (sunlight * sun_sum + above * above_sum + below * below_sum) / matter_sum;
                 if transmittance <= frame.transmittance_stop {
+                    finished = true;
                     break;
                 }
             }
             cursor = stop;
         }
-        if cut {
+        if cut || !finished {
             atomicAdd(&counts[3], 1u);
         }
         atomicAdd(&counts[0], lookups);

@@ -123,6 +123,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
     var enough_at = FAR;
     var last = 0.0; // where matter ends
     let most = (end - low) * (4u * STEPS / u32(BINS) + 8u);
+    var finished = low >= end;
     var is_cut = false;
     for (var block = 0u; block < most; block++) {
         var begin = FAR;
@@ -149,6 +150,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
         }
         is_cut = is_cut || !(searched || entry >= end);
         if begin >= FAR {
+            finished = true;
             break;
         }
         let step = max(smallest / f32(STEPS), LEAST_STEP * abs(begin));
@@ -208,10 +210,11 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
         }
         cursor = stop;
         if depth >= ENOUGH {
+            finished = true;
             break;
         }
     }
-    if is_cut {
+    if is_cut || !finished {
         atomicAdd(&cut, 1u);
     }
     if depth <= 0.0 {
