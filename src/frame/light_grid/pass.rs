@@ -204,6 +204,9 @@ impl LightGridPass {
         }
         encoder.clear_buffer(&job.matter, 0, None);
         encoder.clear_buffer(&job.large, 0, None);
+        // Where there is no matter nothing is written or read: nothing shall be left there of a solution that
+        // was given up on its way.
+        encoder.clear_buffer(&job.sources, 0, None);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("light grid"),
             timestamp_writes: None,
