@@ -156,6 +156,11 @@ impl LightGrid {
         if work.solved { self.shown.as_ref() } else { self.next.as_ref().map(|(next, _)| next) }
     }
 
+    /// The list of large particles of what is shown: its second word counts what a driver cut.
+    pub fn large(&self) -> Option<&wgpu::Buffer> {
+        self.shown.as_ref().map(|s| &s.job.large)
+    }
+
     /// Sources and lights of what is shown: all its steps are made.
     pub fn solved(&self) -> Option<[&wgpu::Buffer; 2]> {
         self.shown.as_ref().map(|s| [&s.job.sources, &s.job.lights])

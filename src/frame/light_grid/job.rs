@@ -19,6 +19,8 @@ pub struct GridSize {
     pub columns: u32,
 }
 
+/// Words of the list of large particles before them; as in the shader.
+const LARGE_HEAD: usize = 2;
 /// Bytes of a texel of the field.
 const TEXEL_BYTES: u64 = 8;
 /// Bytes from one stage to the next: what WebGPU asks of offsets into uniforms at most.
@@ -86,7 +88,7 @@ impl Job {
             buffers::storage(gpu, "grid particles", capacity as usize, size_of::<Particle>());
         let count = particle_count_buffer(gpu, 0);
         let matter = buffers::storage(gpu, "grid matter", cells as usize, word);
-        let large = buffers::storage(gpu, "grid large", capacity as usize + 1, word);
+        let large = buffers::storage(gpu, "grid large", capacity as usize + LARGE_HEAD, word);
         let extinction = buffers::storage(gpu, "grid extinction", cells as usize, word);
         let sun = buffers::storage(gpu, "grid sun", cells as usize, word);
         let light = |label, count| {
