@@ -77,10 +77,7 @@ fn taken_and_left(grid: &GridLight, leaves: &[super::CellLight; DIRECTIONS]) -> 
     let level = grid.level(0);
     let cell = side(&level);
     let volume = cell.x * cell.y * cell.z;
-    let path = grid.sun_path(&level);
-    let taken: f64 = (grid.sun.iter().zip(&grid.extinction))
-        .map(|(sun, extinction)| -sun * (-extinction * path).exp_m1() * volume / path)
-        .sum();
+    let taken: f64 = grid.sun.iter().zip(&grid.extinction).map(|(sun, e)| sun * e * volume).sum();
     let solid_angle = 4.0 * PI / DIRECTIONS as f64;
     let left = (leaves.iter().enumerate())
         .map(|(d, light)| {
