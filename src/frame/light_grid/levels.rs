@@ -59,9 +59,6 @@ impl Levels {
         self.levels.iter().map(|l| l.size).collect()
     }
 
-    /// Cells along the longest axis of listed particles, at least: a few large particles have light and dark sides,
-    /// too.
-    const LEAST_ALONG: f64 = 32.0;
     /// Most cells along an axis of a level.
     pub fn longest(&self) -> u32 {
         self.levels.iter().flat_map(|l| &l.size[..3]).copied().max().unwrap_or(0)

@@ -1,0 +1,84 @@
+//! Sunlight, followed from every cell through the matter of the others.
+//!
+//! Rays are what was measured best. Passed on from plane to plane, by shares of what cells let through,
+//! sunlight spreads sideways, by two cells over twenty planes: into the dark sides of clouds.
+
+use glam::DVec3;
+
+use super::GridLight;
+use super::cells::{cells, centre, index, low, side};
+use super::sweep::mean_transmittance;
+use crate::frame::gpu_data::GridLevel;
+
+/// Optical depth beyond which no sunlight counts; as in the shader.
+const DEEPEST: f64 = 20.0;
+/// Where sunlight is followed from: corners of a tetrahedron, from a cell's middle, cells.
+const CORNERS: [[f64; 3]; 4] =
+    [[-1.0, -1.0, -1.0], [1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, 1.0, -1.0]];
+
+/// Lengths of a ray from fractions of a cell to its borders along each axis, forward; m.
+fn to_borders(fraction: DVec3, rate: DVec3) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|axis| {
+        let left = if rate[axis] > 0.0 { 1.0 - fraction[axis] } else { fraction[axis] };
+        if rate[axis] == 0.0 { f64::INFINITY } else { left / rate[axis].abs() }
+    }))
+}
+
+impl GridLight {
+    /// Optical depth towards the sun from where a ray leaves its cell of level `inner`.
+    fn sun_depth(&self, inner: usize, own: [usize; 3], fraction: DVec3) -> f64 {
+        let sun = self.sun_direction();
+        let first = own.map(|v| v as f64);
+        let origin =
+            centre(&self.level(inner), first) + (fraction - 0.5) * side(&self.level(inner));
+        let (mut depth, mut t) = (0.0, 0.0);
+        for l in inner..self.levels() {
+            let level = self.level(l);
+            let rate = sun / side(&level);
+            let place = (origin + t * sun - low(&level)) / side(&level);
+            let (mut cell, at) = if l == inner {
+                (own.map(|v| v as i64), fraction)
+            } else {
+                (place.floor().as_i64vec3().to_array(), place - place.floor())
+            };
+            let mut next = (t + to_borders(at, rate)).to_array();
+            while inside(&level, cell) && depth < DEEPEST {
+                let leave = next[0].min(next[1]).min(next[2]);
+                if l != inner || t > 0.0 {
+                    let at = index(&level, cell.map(|v| v as usize));
+                    depth += self.extinction[at] * (leave - t).max(0.0);
+                }
+                t = t.max(leave);
+                let axis = (0..3).find(|i| next[*i] <= leave).unwrap_or(2);
+                cell[axis] += if rate[axis] > 0.0 { 1 } else { -1 };
+                next[axis] += 1.0 / rate[axis].abs();
+            }
+        }
+        depth
+    }
+
+    /// Mean over every cell of the sunlight that reaches it, where it is asked for.
+    pub(super) fn sunlight(&mut self, inner: usize) {
+        let level = self.level(inner);
+        let rate = self.sun_direction() / side(&level);
+        for cell in cells(&level) {
+            let at = index(&level, cell);
+            let extinction = self.extinction[at];
+            if extinction <= 0.0 && cell[1] > 0 {
+                continue;
+            }
+            let reached = CORNERS.map(|corner| {
+                let fraction = 0.5 + DVec3::from_array(corner) / 12f64.sqrt();
+                let chord = to_borders(fraction, rate).min_element()
+                    + to_borders(fraction, -rate).min_element();
+                let before = self.sun_depth(inner, cell, fraction);
+                (-before).exp() * mean_transmittance(extinction * chord)
+            });
+            self.sun[at] = reached.iter().sum::<f64>() / CORNERS.len() as f64;
+        }
+    }
+}
+
+fn inside(level: &GridLevel, cell: [i64; 3]) -> bool {
+    (0..3).all(|i| cell[i] >= 0 && cell[i] < i64::from(level.size[i]))
+}
