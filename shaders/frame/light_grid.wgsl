@@ -101,16 +101,6 @@ fn inflow(inner: u32, direction_index: u32, point: vec3<f32>) -> vec3<f32> {
 const DEEPEST: f32 = 20.0;
 // Where a ray never leaves a cell, m.
 const NEVER: f32 = 1e30;
-// Where sunlight is followed from: corners of a tetrahedron, from a cell's middle, cells. Their mean is exact
-// for polynomials of degree 2.
-const SUN_RAYS: u32 = 4u;
-const SUN_CORNER: f32 = 0.28867513; // 1 / (2 sqrt(3))
-
-fn sun_corner(index: u32) -> vec3<f32> {
-    let odd = vec3((index & 1u) != 0u, (index & 2u) != 0u, ((index ^ (index >> 1u)) & 1u) != 0u);
-    return select(vec3(-SUN_CORNER), vec3(SUN_CORNER), odd);
-}
-
 // Lengths of a ray from fractions of a cell to its borders along each axis, forward; m.
 fn to_borders(fraction: vec3<f32>, rate: vec3<f32>) -> vec3<f32> {
     let left = select(fraction, 1.0 - fraction, rate > vec3(0.0));
@@ -121,11 +111,11 @@ fn least(v: vec3<f32>) -> f32 {
     return min(v.x, min(v.y, v.z));
 }
 
-// Optical depth towards the sun from where a ray leaves its cell: from cell to cell (Amanatides and Woo 1987),
-// and on through the coarser levels.
-fn sun_depth(inner: u32, own: vec3<u32>, fraction: vec3<f32>) -> f32 {
+// Optical depth towards the sun from where a ray through the middle of a cell leaves it: from cell to cell
+// (Amanatides and Woo 1987), and on through the coarser levels.
+fn sun_depth(inner: u32, own: vec3<u32>) -> f32 {
     let sun = grid.sun.xyz;
-    let origin = cell_centre(grid.level[inner], vec3<f32>(own) + fraction - 0.5);
+    let origin = cell_centre(grid.level[inner], vec3<f32>(own));
     var depth = 0.0;
     var t = 0.0;
     for (var l = inner; l < levels(); l++) {
@@ -133,9 +123,9 @@ fn sun_depth(inner: u32, own: vec3<u32>, fraction: vec3<f32>) -> f32 {
         let size = vec3<i32>(level.size.xyz);
         let rate = sun / level.cell.xyz;
         let turn = select(vec3(-1), vec3(1), rate > vec3(0.0));
-        let across = select(vec3(NEVER), 1.0 / abs(rate), abs(rate) > vec3(1.0 / NEVER));
+        let across = to_borders(vec3(0.0), abs(rate));
         var cell = vec3<i32>(own);
-        var at = fraction;
+        var at = vec3(0.5);
         if l != inner {
             let place = (origin + t * sun - level.low.xyz) / level.cell.xyz;
             cell = vec3<i32>(floor(place));
@@ -144,7 +134,7 @@ fn sun_depth(inner: u32, own: vec3<u32>, fraction: vec3<f32>) -> f32 {
         var next = t + to_borders(at, rate);
         while all(cell >= vec3(0)) && all(cell < size) && depth < DEEPEST {
             let leave = least(next);
-            // The ray's own cell is left out.
+            // The cell itself is left out.
             if l != inner || t > 0.0 {
                 depth += extinction[grid_index(level, vec3<u32>(cell))] * max(leave - t, 0.0);
             }
@@ -165,23 +155,17 @@ fn sun_depth(inner: u32, own: vec3<u32>, fraction: vec3<f32>) -> f32 {
 @compute @workgroup_size(64)
 fn sunlight(@builtin(global_invocation_id) id: vec3<u32>) {
     let level = grid.level[stage.level];
-    let count = level.size.x * level.size.y * level.size.z;
-    if id.x >= count {
+    if id.x >= level.size.x * level.size.y * level.size.z {
         return;
     }
     let index = level.size.w + id.x;
     let cell = cell_of(id.x, level.size.xyz);
-    var sum = 0.0;
+    var reached = 0.0;
     if extinction[index] > 0.0 || cell.y == 0u {
-        let rate = grid.sun.xyz / level.cell.xyz;
-        for (var i = 0u; i < SUN_RAYS; i++) {
-            let fraction = 0.5 + sun_corner(i);
-            let chord = least(to_borders(fraction, rate)) + least(to_borders(fraction, -rate));
-            let before = sun_depth(stage.level, cell, fraction);
-            sum += exp(-before) * mean_transmittance(extinction[index] * chord);
-        }
+        let chord = 2.0 * least(to_borders(vec3(0.5), grid.sun.xyz / level.cell.xyz));
+        reached = exp(-sun_depth(stage.level, cell)) * mean_transmittance(extinction[index] * chord);
     }
-    sun_mean[index] = sum / f32(SUN_RAYS);
+    sun_mean[index] = reached;
 }
 
 // First light of a level: the coarser level's, or what comes from outside.

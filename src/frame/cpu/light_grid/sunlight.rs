@@ -1,6 +1,7 @@
 //! Sunlight, followed from every cell through the matter of the others.
 //!
-//! Rays are what was measured best. Passed on from plane to plane, by shares of what cells let through,
+//! A ray through the middle of each cell is what was measured best: rays through the corners of a tetrahedron in
+//! it (mean of four) make the light of the clouds of scenes/cumulus.toml flatter, as all means over cells do. Passed on from plane to plane, by shares of what cells let through,
 //! sunlight spreads sideways, by two cells over twenty planes: into the dark sides of clouds.
 
 use glam::DVec3;
@@ -12,9 +13,6 @@ use crate::frame::gpu_data::GridLevel;
 
 /// Optical depth beyond which no sunlight counts; as in the shader.
 const DEEPEST: f64 = 20.0;
-/// Where sunlight is followed from: corners of a tetrahedron, from a cell's middle, cells.
-const CORNERS: [[f64; 3]; 4] =
-    [[-1.0, -1.0, -1.0], [1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, 1.0, -1.0]];
 
 /// Lengths of a ray from fractions of a cell to its borders along each axis, forward; m.
 fn to_borders(fraction: DVec3, rate: DVec3) -> DVec3 {
@@ -25,19 +23,17 @@ fn to_borders(fraction: DVec3, rate: DVec3) -> DVec3 {
 }
 
 impl GridLight {
-    /// Optical depth towards the sun from where a ray leaves its cell of level `inner`.
-    fn sun_depth(&self, inner: usize, own: [usize; 3], fraction: DVec3) -> f64 {
+    /// Optical depth towards the sun from where a ray through the middle of a cell of level `inner` leaves it.
+    fn sun_depth(&self, inner: usize, own: [usize; 3]) -> f64 {
         let sun = self.sun_direction();
-        let first = own.map(|v| v as f64);
-        let origin =
-            centre(&self.level(inner), first) + (fraction - 0.5) * side(&self.level(inner));
+        let origin = centre(&self.level(inner), own.map(|v| v as f64));
         let (mut depth, mut t) = (0.0, 0.0);
         for l in inner..self.levels() {
             let level = self.level(l);
             let rate = sun / side(&level);
             let place = (origin + t * sun - low(&level)) / side(&level);
             let (mut cell, at) = if l == inner {
-                (own.map(|v| v as i64), fraction)
+                (own.map(|v| v as i64), DVec3::splat(0.5))
             } else {
                 (place.floor().as_i64vec3().to_array(), place - place.floor())
             };
@@ -61,20 +57,15 @@ impl GridLight {
     pub(super) fn sunlight(&mut self, inner: usize) {
         let level = self.level(inner);
         let rate = self.sun_direction() / side(&level);
+        let chord = 2.0 * to_borders(DVec3::splat(0.5), rate).min_element();
         for cell in cells(&level) {
             let at = index(&level, cell);
             let extinction = self.extinction[at];
             if extinction <= 0.0 && cell[1] > 0 {
                 continue;
             }
-            let reached = CORNERS.map(|corner| {
-                let fraction = 0.5 + DVec3::from_array(corner) / 12f64.sqrt();
-                let chord = to_borders(fraction, rate).min_element()
-                    + to_borders(fraction, -rate).min_element();
-                let before = self.sun_depth(inner, cell, fraction);
-                (-before).exp() * mean_transmittance(extinction * chord)
-            });
-            self.sun[at] = reached.iter().sum::<f64>() / CORNERS.len() as f64;
+            let before = self.sun_depth(inner, cell);
+            self.sun[at] = (-before).exp() * mean_transmittance(extinction * chord);
         }
     }
 }
