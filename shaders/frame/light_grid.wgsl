@@ -126,7 +126,7 @@ fn sun_depth(inner: u32, own: vec3<u32>) -> f32 {
         let across = to_borders(vec3(0.0), abs(rate));
         var cell = vec3<i32>(own);
         var at = vec3(0.5);
-        if l != inner {
+        if t > 0.0 {
             let place = (origin + t * sun - level.low.xyz) / level.cell.xyz;
             cell = vec3<i32>(floor(place));
             at = place - floor(place);
@@ -135,7 +135,7 @@ fn sun_depth(inner: u32, own: vec3<u32>) -> f32 {
         while all(cell >= vec3(0)) && all(cell < size) && depth < DEEPEST {
             let leave = least(next);
             // The cell itself is left out.
-            if l != inner || t > 0.0 {
+            if t > 0.0 {
                 depth += extinction[grid_index(level, vec3<u32>(cell))] * max(leave - t, 0.0);
             }
             t = max(t, leave);

@@ -1,8 +1,11 @@
 //! Sunlight, followed from every cell through the matter of the others.
 //!
-//! A ray through the middle of each cell is what was measured best: rays through the corners of a tetrahedron in
-//! it (mean of four) make the light of the clouds of scenes/cumulus.toml flatter, as all means over cells do. Passed on from plane to plane, by shares of what cells let through,
-//! sunlight spreads sideways, by two cells over twenty planes: into the dark sides of clouds.
+//! A ray through the middle of each cell is what was measured best. Rays through the corners of a tetrahedron in it
+//! (mean of four) are four times the work and make clouds flatter, as all means over cells do: relMSE of the scenes'
+//! pictures 0.063, 0.059 and 0.023 with one ray, 0.073, 0.062 and 0.027 with four; of seven clumps of spheres only one,
+//! dense and isotropic, is better with four (mean error -0.3 % in place of -5.3 %). Passed on from plane to plane, by
+//! shares of what cells let through, sunlight spreads sideways, by two cells over twenty planes: into the dark sides
+//! of clouds.
 
 use glam::DVec3;
 
@@ -32,7 +35,7 @@ impl GridLight {
             let level = self.level(l);
             let rate = sun / side(&level);
             let place = (origin + t * sun - low(&level)) / side(&level);
-            let (mut cell, at) = if l == inner {
+            let (mut cell, at) = if t == 0.0 {
                 (own.map(|v| v as i64), DVec3::splat(0.5))
             } else {
                 (place.floor().as_i64vec3().to_array(), place - place.floor())
@@ -40,7 +43,7 @@ impl GridLight {
             let mut next = (t + to_borders(at, rate)).to_array();
             while inside(&level, cell) && depth < DEEPEST {
                 let leave = next[0].min(next[1]).min(next[2]);
-                if l != inner || t > 0.0 {
+                if t > 0.0 {
                     let at = index(&level, cell.map(|v| v as usize));
                     depth += self.extinction[at] * (leave - t).max(0.0);
                 }
