@@ -20,9 +20,15 @@ const SIZE: [u32; 2] = [760, 740];
 const FIRST: u32 = 27;
 const NEXT: u32 = 23;
 
+/// Clicks, and waits until what it opens or closes has come to rest: the next click is meant for that.
+fn click(flight: &Flight, place: [u32; 2]) {
+    flight.click(place);
+    flight.screen_at_rest(SIZE);
+}
+
 fn choose(flight: &Flight, list: [u32; 2], entry: u32) {
-    flight.click(list);
-    flight.click([list[0], list[1] + FIRST + entry * NEXT]);
+    click(flight, list);
+    click(flight, [list[0], list[1] + FIRST + entry * NEXT]);
 }
 
 #[test]
@@ -47,7 +53,7 @@ fn preset_scene_and_map_are_chosen_by_clicks() {
     assert!(flight.picture() == noise, "the preset low again");
 
     // Escape closes a list and not the window.
-    flight.click(SCENE_LIST);
+    click(&flight, SCENE_LIST);
     flight.keys(&["Escape"]);
     // clear, scene-0001, scene
     choose(&flight, SCENE_LIST, 0);
@@ -59,9 +65,7 @@ fn preset_scene_and_map_are_chosen_by_clicks() {
     assert!(flight.picture() == noise, "the scene is the first");
 
     for section in [SCENE_SECTION, SUN_SECTION, MAP_SECTION] {
-        flight.click(section);
-        // It opens and closes gradually.
-        flight.screen_at_rest(SIZE);
+        click(&flight, section);
     }
     // none, black, white: pictures that were saved meanwhile are no maps.
     choose(&flight, MAP_LIST, 1);

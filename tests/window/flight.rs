@@ -84,9 +84,12 @@ impl Flight {
         self.display.tool(&[&["key"], keys].concat());
     }
 
-    /// Clicks a place of the window.
+    /// Clicks a place of the window. Press and release follow at once: what is held long is no click.
     pub fn click(&self, place: [u32; 2]) {
-        self.drag(place, place);
+        let [x, y] = place.map(|v| v.to_string());
+        self.display.tool(&["mousemove", "--window", &self.window, &x, &y]);
+        std::thread::sleep(Duration::from_millis(300));
+        self.display.tool(&["click", "1"]);
     }
 
     /// Drags the mouse from one place of the window to another.
