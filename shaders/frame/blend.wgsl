@@ -34,6 +34,9 @@
 const STEPS: u32 = #{STEPS}u; // bins in a radius
 const BINS: f32 = 8.0;        // of a block
 const FAR: f32 = 1e30;
+// Steps of a block that ends where a smaller particle begins, times their number in a radius, over the way there:
+// it takes no finer ones.
+const UP_TO: f32 = f32(STEPS) / BINS;
 // Least step over the distance: below it f32 does not tell the bins of a block apart.
 const LEAST_STEP: f32 = 1e-6;
 // Least length of a part of a chord, in bins: what f32 leaves of its two ends.
@@ -94,8 +97,9 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         var since_gap = 0.0;
         var field = vec4(0.0);
         var field_at = -1.0;  // m, where `field` is the light field
-        // A particle is the smallest in no more blocks than its diameter and the radius before it are
-        // long, and the two at its ends; and room for what is rounded.
+        // A particle sets the steps in no more blocks than its diameter and the radius before it are
+        // long, in the two at its ends, and in one that ends where it begins; and room for what is rounded. The
+        // radius: particles come by their nearest points, so that one may be met before a ray is in those after.
         let most = (end - low) * (4u * STEPS / u32(BINS) + 8u);
         // Drivers may end loops before their time (lavapipe after 65535 turns of all loops): told by these.
         var finished = false;
@@ -118,8 +122,9 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
                 let span = span_of(centre, radius, dir, far);
                 if span.end > span.begin && span.end > cursor {
                     leading = false;
-                    begin = min(begin, max(span.begin, cursor));
-                    smallest = min(smallest, radius);
+                    let from_here = max(span.begin, cursor);
+                    begin = min(begin, from_here);
+                    smallest = min(smallest, max(radius, (from_here - begin) * UP_TO));
                 } else if leading {
                     low = entry + 1u;
                 }

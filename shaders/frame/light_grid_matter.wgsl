@@ -14,7 +14,7 @@
 @group(0) @binding(3) var<storage, read> spread: array<f32>;               // by shape: radius of the even ball of the same moments
 @group(0) @binding(4) var<storage, read_write> matter: array<atomic<u32>>; // counts of grid.quantum
 @group(0) @binding(5) var<storage, read_write> extinction: array<f32>;     // 1/m
-@group(0) @binding(6) var<storage, read_write> large: array<atomic<u32>>;  // [0] how many, then particles
+@group(0) @binding(6) var<storage, read_write> large: array<atomic<u32>>;  // [0] how many, [1] of `splat_large`'s invocations those that a driver ended before their time, then particles
 
 const PI: f32 = 3.14159265;
 // Distance, m, below which a ball and a cell have the same middle: its direction does not matter then,
@@ -26,6 +26,8 @@ const LEAST_TOTAL: f32 = 1e-20;
 // drivers that end all loops of an invocation after 65535 turns (lavapipe), on all levels together.
 const MOST_CELLS: f32 = 2048.0;
 const LARGE_WORKGROUP: u32 = 256u;
+// Words of `large` before the particles.
+const LARGE_HEAD: u32 = 2u;
 
 // Share of a cell that a ball fills, roughly: linear in the distance between the centres over one
 // cell's width. The sum over all cells is made exact by `splat`.
@@ -124,7 +126,7 @@ fn splat(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     if large_somewhere {
-        let slot = atomicAdd(&large[0], 1u) + 1u;
+        let slot = atomicAdd(&large[0], 1u) + LARGE_HEAD;
         if slot < arrayLength(&large) {
             atomicStore(&large[slot], id.x);
         }
@@ -135,9 +137,11 @@ fn splat(@builtin(global_invocation_id) id: vec3<u32>) {
 fn splat_large(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let level = grid.level[group.y];
     let cell = level.cell.xyz;
-    let count = min(atomicLoad(&large[0]), arrayLength(&large) - 1u);
-    for (var i = group.x; i < count; i += groups.x) {
-        let s = spread_over(level, particles[atomicLoad(&large[i + 1u])]);
+    let count = min(atomicLoad(&large[0]), arrayLength(&large) - LARGE_HEAD);
+    var is_cut = false;
+    var i = group.x;
+    for (; i < count; i += groups.x) {
+        let s = spread_over(level, particles[atomicLoad(&large[i + LARGE_HEAD])]);
         if !(s.meets & s.is_large) {
             continue;
         }
@@ -145,10 +149,16 @@ fn splat_large(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups)
         let first = max(floor(s.place - s.reach), vec3(0.0));
         let last = min(floor(s.place + s.reach), vec3<f32>(level.size.xyz) - 1.0);
         let extent = vec3<u32>(max(last - first + 1.0, vec3(0.0)));
-        for (var at = local; at < extent.x * extent.y * extent.z; at += LARGE_WORKGROUP) {
+        let cells = extent.x * extent.y * extent.z;
+        var at = local;
+        for (; at < cells; at += LARGE_WORKGROUP) {
             let here = first + vec3<f32>(vec3(at % extent.x, at / extent.x % extent.y, at / (extent.x * extent.y)));
             add_share(level, here, share_of(s, cell, here) * scale);
         }
+        is_cut = is_cut || at < cells;
+    }
+    if is_cut || i < count {
+        atomicAdd(&large[1], 1u);
     }
 }
 

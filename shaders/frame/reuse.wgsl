@@ -25,6 +25,8 @@ struct ReuseUniforms {
 
 // Opacity below which there is nothing whose motion could be followed.
 const LEAST_OPACITY: f32 = 1e-3;
+// Opacity that sends no light, and by which nothing is divided.
+const NO_OPACITY: f32 = 1e-30;
 // Distance (relative) from which on two pixels do not show the same cloud.
 const OTHER_CLOUD: f32 = 0.25;
 // How far, in spreads of the new pixels around, an old one may lie beyond them.
@@ -140,6 +142,10 @@ fn reuse(@builtin(global_invocation_id) id: vec3<u32>) {
             }
         }
     }
-    textureStore(clouds, id.xy, vec4(max(colour.rgb, vec3(0.0)), saturate(colour.a)));
+    // The spline passes 0 and 1 beside edges. Light goes with the opacity that sends it: in uniform light
+    // a cloud that absorbs nothing is invisible in these pixels too.
+    let opacity = 1.0 - colour.a;
+    let sent = max(colour.rgb, vec3(0.0)) * (saturate(opacity) / max(opacity, NO_OPACITY));
+    textureStore(clouds, id.xy, vec4(sent, saturate(colour.a)));
     textureStore(cloud_distance, id.xy, vec4(distance, 0.0, 0.0, 0.0));
 }

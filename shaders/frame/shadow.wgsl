@@ -21,6 +21,8 @@
 
 const STEPS: u32 = #{STEPS}u; // bins in a radius
 const BINS: f32 = 8.0;               // of a block
+// As in blend.wgsl.
+const UP_TO: f32 = f32(STEPS) / BINS;
 const FAR: f32 = 1e30;
 const LEAST_STEP: f32 = 1e-6;
 const LEAST_PART: f32 = 1e-6;
@@ -142,8 +144,9 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
             let span = span_of(centre, radius, place);
             if span.y > max(span.x, cursor) {
                 leading = false;
-                begin = min(begin, max(span.x, cursor));
-                smallest = min(smallest, radius);
+                let from_here = max(span.x, cursor);
+                begin = min(begin, from_here);
+                smallest = min(smallest, max(radius, (from_here - begin) * UP_TO));
             } else if leading {
                 low = entry + 1u;
             }

@@ -81,8 +81,8 @@ pub struct Counters {
     /// Particles and list entries that found no room and were left out; anything but 0 is a defect of the
     /// picture.
     pub overflowed: u64,
-    /// Rays of pixels and of shadow maps that the device left before their end, and lists longer than it
-    /// walks: Mesa's software driver ends all loops of an invocation after 65535 turns. Anything but 0 is a
+    /// Rays of pixels and of shadow maps and sums of the light grid that the device left before their end, and lists
+    /// longer than it walks: Mesa's software driver ends all loops of an invocation after 65535 turns. Anything but 0 is a
     /// defect of the picture.
     #[serde(default)]
     pub cut: u64,

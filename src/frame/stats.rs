@@ -31,8 +31,9 @@ pub struct Counts {
     pub empty_tiles: u32,
     /// Longest list of a tile and of a bin: screen, sun.
     pub longest: [[u32; 2]; 2],
-    /// Rays of pixels, and of texels of shadow maps, that the device left before their end.
-    pub cut: [u32; 2],
+    /// Rays of pixels, and of texels of shadow maps, that the device left before their end; invocations that did
+    /// not come to spread all large particles over the light grid.
+    pub cut: [u32; 3],
 }
 
 /// How the passes are timed.
@@ -72,7 +73,7 @@ pub struct StatsReader {
     clock: Clock,
 }
 
-const WORDS: usize = 2 + 1 + 2 * (2 + LENGTHS as usize) + BLEND_COUNTS + 1;
+const WORDS: usize = 2 + 1 + 2 * (2 + LENGTHS as usize) + BLEND_COUNTS + 2;
 const WORD: u64 = size_of::<u32>() as u64;
 
 /// Turns that a pass over a list has besides.
@@ -121,7 +122,7 @@ impl StatsReader {
         encoder: &mut wgpu::CommandEncoder,
         resources: &Resources,
         shadow: &ShadowJob,
-        grid_count: Option<&wgpu::Buffer>,
+        [grid_count, grid_large]: [Option<&wgpu::Buffer>; 2],
     ) {
         let mut at = 0;
         let mut copy = |from: &wgpu::Buffer, first: u64, count: u64| {
@@ -141,6 +142,10 @@ impl StatsReader {
         }
         copy(&resources.blend_counts, 0, BLEND_COUNTS as u64);
         copy(&shadow.cut, 0, 1);
+        match grid_large {
+            Some(large) => copy(large, 1, 1),
+            None => encoder.clear_buffer(&self.words, at * WORD, Some(WORD)),
+        }
         if let Clock::Device(profiler) = &mut self.clock {
             profiler.resolve_queries(encoder);
         }
@@ -153,7 +158,7 @@ impl StatsReader {
         let (of_particles, rest) = words.split_first_chunk().ok_or_else(wrong)?;
         let (of_screen, rest) = rest.split_first_chunk().ok_or_else(wrong)?;
         let (of_sun, rest) = rest.split_first_chunk().ok_or_else(wrong)?;
-        let [lookups, pixels, empty_tiles, blend_cut, shadow_cut] = *rest else {
+        let [lookups, pixels, empty_tiles, blend_cut, shadow_cut, grid_cut] = *rest else {
             return Err(wrong());
         };
         let [particles, grid_particles, visible] = *of_particles;
@@ -167,7 +172,7 @@ impl StatsReader {
             pixels,
             empty_tiles,
             longest: lists.map(|[.., tile, bin]| [tile, bin]),
-            cut: [blend_cut, shadow_cut],
+            cut: [blend_cut, shadow_cut, grid_cut],
         })
     }
 
@@ -232,7 +237,7 @@ impl Counts {
             + list(self.lists[1], now.light)
     }
 
-    /// Rays that were cut, and lists that pass what a software driver walks: those of bins by the passes that
+    /// Rays and sums of the light grid that were cut, and lists that pass what a software driver walks: those of bins by the passes that
     /// make the tiles' from them, those of the sun's tiles by the light.
     pub fn cut(&self, is_software: bool) -> u64 {
         let lists = [self.longest[0][1], self.longest[1][1], self.longest[1][0]];
@@ -248,7 +253,7 @@ impl Counts {
         if !plan.has_clouds() {
             let lists = [[0; 2], self.lists[1]];
             let empty_tiles = columns * rows;
-            let (longest, cut) = ([[0; 2], self.longest[1]], [0; 2]);
+            let (longest, cut) = ([[0; 2], self.longest[1]], [0; 3]);
             counts = Self { visible: 0, lists, longest, cut, ..counts };
             counts = Self { lookups: 0, pixels: 0, empty_tiles, ..counts };
         }

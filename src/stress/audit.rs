@@ -78,7 +78,14 @@ impl Audit {
         }
     }
 
-    fn buffer(&mut self, gpu: &Gpu, buffer: &wgpu::Buffer, values: &BufferValues) -> Result<()> {
+    fn buffer(
+        &mut self,
+        gpu: &Gpu,
+        buffer: &wgpu::Buffer,
+        values: &BufferValues,
+        is_solved: bool,
+    ) -> Result<()> {
+        let of_light = if is_solved { Float::NotNegative } else { Float::Any };
         let mut checked = Vec::new();
         for leaf in &values.leaves {
             let rule = rule_of(&leaf.name)?;
@@ -112,9 +119,9 @@ impl Audit {
                         Rule::Floats(floats) => {
                             self.take(f32::from_bits(*word), floats[component.min(3)], place);
                         }
-                        Rule::Halves(float) => {
+                        Rule::Solved => {
                             for half in [*word as u16, (*word >> 16) as u16] {
-                                self.take(f16::from_bits(half).to_f32(), *float, place);
+                                self.take(f16::from_bits(half).to_f32(), of_light, place);
                             }
                         }
                     }
@@ -166,15 +173,18 @@ fn rule_of(name: &str) -> Result<Rule> {
     rule(name).ok_or_else(|| Error::Failed(format!("there is no rule for the numbers of {name}")))
 }
 
-/// Judges all that the kernels of this device are bound to, and the sky's uniforms for `scene`.
-pub fn audit(gpu: &Gpu, scene: &Scene) -> Result<Audit> {
+/// Judges all that the kernels of this device are bound to, and the sky's uniforms for `scene`. `solved`: the
+/// light grid's buffers whose solution is whole.
+pub fn audit(gpu: &Gpu, scene: &Scene, solved: &[&wgpu::Buffer]) -> Result<Audit> {
     let Some(watch) = gpu.watch() else {
         return Err(Error::Failed("the device does not note its bindings".to_owned()));
     };
     let mut audit = Audit::default();
     for binding in watch.bindings() {
         match &binding.resource {
-            Resource::Buffer(buffer, values) => audit.buffer(gpu, buffer, values)?,
+            Resource::Buffer(buffer, values) => {
+                audit.buffer(gpu, buffer, values, solved.contains(&buffer))?;
+            }
             Resource::Texture(texture) => audit.texture(gpu, &binding.name, texture)?,
         }
     }

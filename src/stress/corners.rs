@@ -129,6 +129,14 @@ impl Corners {
                 );
             }
         }
+        for small in [1e-3, 1.0] {
+            let behind = vec![
+                particle(DVec3::ZERO, 100.0, 1e-4, "uniform"),
+                particle(DVec3::Z * -80.0, small, 1e-4, NOISE),
+            ];
+            self.add(format!("a ray to {small} m at the far side of 100 m"), space(eye, behind));
+            self.last_size([1, 1]);
+        }
     }
 
     /// One ray, along the view axis, to places where a sphere is special.

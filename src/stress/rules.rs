@@ -20,8 +20,9 @@ pub enum Rule {
     Whole,
     /// Floats, component by component.
     Floats([Float; 4]),
-    /// Words of two 16-bit floats.
-    Halves(Float),
+    /// Words of two 16-bit floats, light of the light grid: not negative where its solution is whole. On its
+    /// way a relaxed step may pass its goal.
+    Solved,
     /// A texel of a deep shadow map: places of [`NODES`] nodes along the sun's ray, 16 bits each, and one
     /// number more, which may be any.
     Nodes,
@@ -113,20 +114,18 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("PhaseParams.draine_alpha", POSITIVE),
     ("light_grid.extinction", POSITIVE),
     ("light_grid.sun_transmittance", SHARE),
-    // Of a solution on its way too, whose relaxed steps pass their goal. The last turn makes the sources
-    // positive, and with them all light of what is shown.
-    ("light_grid.sources", Rule::Halves(Any)),
-    ("light_grid.lights", Rule::Halves(Any)),
+    ("light_grid.sources", Rule::Solved),
+    ("light_grid.lights", Rule::Solved),
     ("light_grid_matter.spread", SHARE),
     ("light_grid_matter.extinction", POSITIVE),
     ("light_ground.extinction", POSITIVE),
     ("light_ground.sun_transmittance", SHARE),
-    ("light_ground.lights", Rule::Halves(Any)),
+    ("light_ground.lights", Rule::Solved),
     ("light_ground.fallen", POSITIVE),
     ("light_ground.shares", POSITIVE),
     ("light_field.shares", POSITIVE),
     ("GridStage.relaxation", POSITIVE),
-    ("light_field.lights", Rule::Halves(Any)),
+    ("light_field.lights", Rule::Solved),
     // Bound to the passes that read it as whole words, too.
     ("shadow.texels", Rule::Nodes),
     ("ReuseUniforms.right", ANY),

@@ -1,9 +1,11 @@
 //! The light grid's solution in slices: the last whole one is shown until the next is whole.
 
+use std::sync::Arc;
+
 use cumuli::frame::light_grid::GridSettings;
 use cumuli::frame::{Picture, Preset, Quality, RenderSettings, Renderer};
-use cumuli::scene::{CloudField, Scene};
-use glam::DVec3;
+use cumuli::scene::{Channel, CloudField, Outside, Scene, WeatherImage, WeatherMap};
+use glam::{DVec2, DVec3};
 
 use crate::{alone, renderer};
 
@@ -66,6 +68,46 @@ fn a_sliced_solution_is_the_whole_one_once_it_is_whole() {
     }
     let still = frame(&scene, 20.0);
     assert!(still.stats.passes.iter().all(|p| !p.ran) && bits(&still) == bits(&later));
+}
+
+#[test]
+fn other_clouds_do_not_wait_for_their_light() {
+    let _turn = alone();
+    let first = cumulus();
+    let with = |change: &dyn Fn(&mut CloudField)| {
+        let mut scene = first.clone();
+        change(scene.clouds.as_mut().expect("a field"));
+        scene
+    };
+    let image = Arc::new(WeatherImage::new([2, 1], vec![0, u32::MAX]));
+    let map = WeatherMap {
+        file: "map.png".into(),
+        extent: DVec2::splat(3000.0),
+        centre: DVec2::ZERO,
+        outside: Outside::Repeat,
+        channels: vec![Channel::Coverage],
+        noise: 0.5,
+        image,
+    };
+    let mut other = map.clone();
+    other.image = Arc::new(WeatherImage::new([2, 1], vec![u32::MAX, 0]));
+    let mut lasting = sliced(&first);
+    lasting.render(&first, 0.0, SIZE).expect("a frame");
+    for scene in [
+        with(&|c| c.seed = 7),
+        with(&|c| c.weather = Some(map.clone())),
+        with(&|c| c.weather = Some(other.clone())),
+        with(&|c| c.coverage = 0.9),
+        with(&|c| c.extinction *= 2.0),
+    ] {
+        let picture = lasting.render(&scene, 0.0, SIZE).expect("a frame");
+        assert_eq!(progress(&picture), [0; 2]);
+        assert!(bits(&picture) == bits(&whole(&scene, 0.0)), "{:?}", scene.clouds);
+    }
+    // A little more of the same is lit by the light of before until its own is whole.
+    let near = with(&|c| (c.coverage, c.extinction) = (0.53, 2.2 * c.extinction));
+    let picture = lasting.render(&near, 0.0, SIZE).expect("a frame");
+    assert_eq!(progress(&picture)[0], u64::from(SLICE));
 }
 
 #[test]

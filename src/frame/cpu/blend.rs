@@ -77,16 +77,19 @@ impl Pixel<'_> {
         vector(&particle.centre).length() - f64::from(particle.radius)
     }
 
-    /// Where matter begins after the cursor, and the radius of the smallest particle there (m).
-    fn next(&self, cursor: f64) -> Option<(f64, f64)> {
+    /// Where matter begins after the cursor, and the radius that sets the steps there (m): that of the smallest
+    /// particle, but a block ends before a smaller one with no finer steps than that takes.
+    fn next(&self, cursor: f64, steps: u32) -> Option<(f64, f64)> {
         let (mut begin, mut smallest) = (f64::INFINITY, f64::INFINITY);
         for particle in self.particles {
             if Self::nearest(particle) >= begin + smallest {
                 break;
             }
             if let Some(span) = self.span(particle).filter(|span| span.end > cursor) {
-                begin = begin.min(span.begin.max(cursor));
-                smallest = smallest.min(particle.radius.into());
+                let from_here = span.begin.max(cursor);
+                begin = begin.min(from_here);
+                let up_to = (from_here - begin) * f64::from(steps) / BINS as f64;
+                smallest = smallest.min(f64::from(particle.radius).max(up_to));
             }
         }
         begin.is_finite().then_some((begin, smallest))
@@ -142,13 +145,13 @@ impl Pixel<'_> {
     }
 }
 
-/// Composes a pixel with `steps` bins in a radius of the smallest particle; it is finished below the
+/// Composes a pixel with `steps` bins in a radius of the smallest particle at hand; it is finished below the
 /// transmittance `stop`.
 pub fn compose(pixel: &Pixel<'_>, steps: u32, stop: f64) -> Composed {
     let ray = pixel.inputs.ray(pixel.dir);
     let mut sum = Composed { radiance: DVec3::ZERO, transmittance: 1.0, distance: 0.0 };
     let (mut cursor, mut since_gap) = (0.0, 0.0);
-    while let Some((begin, smallest)) = pixel.next(cursor) {
+    while let Some((begin, smallest)) = pixel.next(cursor, steps) {
         let step = (smallest / f64::from(steps)).max(LEAST_STEP * begin);
         let end = begin + BINS as f64 * step;
         if begin > cursor {

@@ -140,8 +140,10 @@ impl Column<'_> {
                 if nearest(particle) >= begin + smallest {
                     break;
                 }
-                begin = begin.min(near.max(cursor));
-                smallest = smallest.min(particle.radius.into());
+                let from_here = near.max(cursor);
+                begin = begin.min(from_here);
+                let up_to = (from_here - begin) * f64::from(self.steps) / BINS as f64;
+                smallest = smallest.min(f64::from(particle.radius).max(up_to));
             }
             if !begin.is_finite() {
                 break;

@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::inputs::GridInputs;
-use super::job::{GridSize, Job};
+use super::job::{GridSize, Job, PARTS};
 use crate::frame::cpu::light_grid::{FieldSeen, GridLight};
 use crate::frame::passes::Passes;
 use crate::gpu::Gpu;
@@ -133,8 +133,10 @@ impl LightGrid {
     fn job(&mut self, gpu: &Gpu, passes: &Passes, order: &GridOrder<'_>, old: Option<Job>) -> Job {
         let old = old.or_else(|| self.spare.take());
         old.filter(|j| j.fits(order.inputs, order.size)).unwrap_or_else(|| {
-            gpu.begin_part("light grid");
-            Job::new(gpu, passes, &passes.light_grid, order.size, order.inputs)
+            let kept = [self.shown.as_ref().map(|s| &s.job), self.spare.as_ref()];
+            let is_free = |part: &&&str| kept.iter().flatten().all(|job| job.part != **part);
+            let part = PARTS.iter().find(is_free).unwrap_or(&PARTS[2]);
+            Job::new(gpu, passes, part, order.size, order.inputs)
         })
     }
 
@@ -152,6 +154,16 @@ impl LightGrid {
     /// What steps are made of: the solution on the way, or the one that becomes whole by them.
     pub(super) fn making(&self, work: &GridWork) -> Option<&Solution> {
         if work.solved { self.shown.as_ref() } else { self.next.as_ref().map(|(next, _)| next) }
+    }
+
+    /// The list of large particles of what is shown: its second word counts what a driver cut.
+    pub fn large(&self) -> Option<&wgpu::Buffer> {
+        self.shown.as_ref().map(|s| &s.job.large)
+    }
+
+    /// Sources and lights of what is shown: all its steps are made.
+    pub fn solved(&self) -> Option<[&wgpu::Buffer; 2]> {
+        self.shown.as_ref().map(|s| [&s.job.sources, &s.job.lights])
     }
 
     /// Bind group 3 of passes that read the field.

@@ -11,7 +11,7 @@ use crate::frame::gpu_data::{GRID_LEVELS, LightGridUniforms, Particle};
 use crate::frame::population::Shapes;
 use crate::frame::rings::PlacedField;
 use crate::medium::{Shape, Truncation};
-use crate::scene::Scene;
+use crate::scene::{CloudField, Scene};
 
 /// Steps of the grid's time in one turnover of a field's largest features. The smallest turn over
 /// ten times faster: light is then at most a 25th of their turnover old.
@@ -85,6 +85,8 @@ pub struct GridInputs {
     pub uniforms: LightGridUniforms,
     /// The cloud field around the anchor.
     pub clouds: Option<PlacedField>,
+    /// The field wherever the anchor is.
+    field: Option<CloudField>,
     /// Listed particles, relative to the anchor.
     pub listed: Vec<Particle>,
     /// Turns of scattering and sweeping.
@@ -105,6 +107,10 @@ const OLDEST_EPOCHS: f64 = 8.0;
 /// Steps of the anchor by which such a solution may lie beside: it then reaches a third of the
 /// innermost ring beyond the eye.
 const FARTHEST_STEPS: f64 = 2.0;
+/// Steps of a field's coverage, and factor on its extinction, up to which its light may stand for that of the
+/// other for some frames: a slider that is drawn does not begin anew with each of them.
+const COVERAGE_STEP: f64 = 0.05;
+const EXTINCTION_FACTOR: f64 = 1.25;
 /// Cosine of the angle by which the sun may turn while a solution is made for it: 5 degrees.
 const SUN_JUMP: f32 = 0.996_194_7;
 
@@ -174,7 +180,20 @@ impl GridInputs {
             *slot = *level;
         }
         let turns = settings.turns;
-        Ok(Some(Self { levels, uniforms, clouds, listed, turns, start, wind, epoch, epoch_length }))
+        let field = scene.clouds.clone();
+        let inputs = Self {
+            levels,
+            uniforms,
+            clouds,
+            field,
+            listed,
+            turns,
+            start,
+            wind,
+            epoch,
+            epoch_length,
+        };
+        Ok(Some(inputs))
     }
 
     /// Where the anchor is at a time (s), m.
@@ -203,9 +222,10 @@ impl GridInputs {
         let beside = (self.start - other.start).abs().max_element();
         self.levels.levels == other.levels.levels
             && self.listed == other.listed
-            && self.clouds.is_some() == other.clouds.is_some()
-            && length(self) == length(other)
-            && self.wind == other.wind
+            && match (&self.field, &other.field) {
+                (Some(field), Some(other)) => are_near(field, other),
+                (field, other) => field.is_none() && other.is_none(),
+            }
             && beside <= FARTHEST_STEPS * ANCHOR_CELLS * length(self)
             && (self.epoch - other.epoch).abs()
                 <= OLDEST_EPOCHS * self.epoch_length.max(other.epoch_length)
@@ -221,6 +241,16 @@ impl GridInputs {
     pub fn turns_of(&self, level: usize) -> u32 {
         self.turns[usize::from(level + 1 != self.levels.levels.len())]
     }
+}
+
+/// Whether two fields have about the same clouds in the same places.
+fn are_near(field: &CloudField, other: &CloudField) -> bool {
+    let within = |a: &CloudField, b: &CloudField| a.extinction <= EXTINCTION_FACTOR * b.extinction;
+    let (coverage, extinction) = (other.coverage, other.extinction);
+    (field.coverage - coverage).abs() <= COVERAGE_STEP
+        && within(field, other)
+        && within(other, field)
+        && CloudField { coverage, extinction, ..field.clone() } == *other
 }
 
 /// Scales the extinction of listed particles.

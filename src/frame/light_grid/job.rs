@@ -3,7 +3,7 @@
 use bytemuck::Zeroable;
 
 use super::inputs::GridInputs;
-use super::pass::{DIRECTIONS, LightGridPass};
+use super::pass::DIRECTIONS;
 use super::relaxation::{least_eigenvalue, relaxations};
 use crate::frame::gpu_data::{GridEye, GridStage, LightGridUniforms, Particle};
 use crate::frame::passes::Passes;
@@ -19,13 +19,21 @@ pub struct GridSize {
     pub columns: u32,
 }
 
+/// Words of the list of large particles before them; as in the shader.
+const LARGE_HEAD: usize = 2;
 /// Bytes of a texel of the field.
 const TEXEL_BYTES: u64 = 8;
 /// Bytes from one stage to the next: what WebGPU asks of offsets into uniforms at most.
 const STAGE_STRIDE: usize = 256;
 
+/// Names of the jobs that there may be at a time - of what is shown, of what comes next, and a spare one -
+/// for those who watch what is bound.
+pub(super) const PARTS: [&str; 3] = ["light grid", "second light grid", "third light grid"];
+
 /// Buffers for one size of grid and number of turns.
 pub(super) struct Job {
+    /// One of `PARTS`.
+    pub part: &'static str,
     pub sizes: Vec<[u32; 4]>,
     pub cells: u32,
     pub grid_size: GridSize,
@@ -40,6 +48,7 @@ pub(super) struct Job {
     pub large: wgpu::Buffer,
     pub extinction: wgpu::Buffer,
     pub sun: wgpu::Buffer,
+    pub sources: wgpu::Buffer,
     pub lights: wgpu::Buffer,
     pub light_words: usize,
     pub bytes: u64,
@@ -63,10 +72,12 @@ impl Job {
     pub fn new(
         gpu: &Gpu,
         passes: &Passes,
-        pass: &LightGridPass,
+        part: &'static str,
         grid_size: GridSize,
         inputs: &GridInputs,
     ) -> Self {
+        gpu.begin_part(part);
+        let pass = &passes.light_grid;
         let GridSize { capacity, columns } = grid_size;
         let cells = inputs.levels.cells();
         let size = inputs.levels.texture_size();
@@ -77,7 +88,7 @@ impl Job {
             buffers::storage(gpu, "grid particles", capacity as usize, size_of::<Particle>());
         let count = particle_count_buffer(gpu, 0);
         let matter = buffers::storage(gpu, "grid matter", cells as usize, word);
-        let large = buffers::storage(gpu, "grid large", capacity as usize + 1, word);
+        let large = buffers::storage(gpu, "grid large", capacity as usize + LARGE_HEAD, word);
         let extinction = buffers::storage(gpu, "grid extinction", cells as usize, word);
         let sun = buffers::storage(gpu, "grid sun", cells as usize, word);
         let light = |label, count| {
@@ -173,6 +184,7 @@ impl Job {
             + texels * TEXEL_BYTES
             + rings.as_ref().map_or(0, RingJob::bytes);
         Self {
+            part,
             sizes: inputs.levels.sizes(),
             cells,
             grid_size,
@@ -187,6 +199,7 @@ impl Job {
             large,
             extinction,
             sun,
+            sources,
             lights,
             light_words: pass.light_words as usize,
             bytes,

@@ -13,8 +13,15 @@ use crate::medium::Halo;
 
 /// Invocations of a workgroup of the kernels without planes; as in the shaders.
 const WORKGROUP: u32 = 64;
-/// Workgroups that spread large particles over a level, each one after the other.
+/// Workgroups that spread large particles over a level, each one after the other, at least.
 const LARGE_GROUPS: u32 = 256;
+/// Invocations of each; as in the shader.
+const LARGE_WORKGROUP: u32 = 256;
+/// Turns of loops that listed particles may take of an invocation: some are left to those of a field, which are
+/// hardly larger than what they are spread over.
+const LISTED_TURNS: u64 = 50_000;
+/// Most workgroups along an axis: what WebGPU lets every device dispatch.
+const MOST_GROUPS: u64 = 65_535;
 /// Directions of travel; as in the shaders.
 pub(super) const DIRECTIONS: u32 = 12;
 /// Planes of cells a workgroup of `sweep`; as in the shader.
@@ -204,6 +211,9 @@ impl LightGridPass {
         }
         encoder.clear_buffer(&job.matter, 0, None);
         encoder.clear_buffer(&job.large, 0, None);
+        // Where there is no matter nothing is written or read: nothing shall be left there of a solution that
+        // was given up on its way.
+        encoder.clear_buffer(&job.sources, 0, None);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("light grid"),
             timestamp_writes: None,
@@ -218,7 +228,8 @@ impl LightGridPass {
         pass.dispatch_workgroups(most.div_ceil(WORKGROUP), 1, 1);
         pass.set_pipeline(self.matter.pipeline("splat_large"));
         let levels = inputs.levels.levels.len() as u32;
-        pass.dispatch_workgroups(most.min(LARGE_GROUPS), levels, 1);
+        let groups = large_groups(listed, &inputs.levels.sizes()).max(LARGE_GROUPS);
+        pass.dispatch_workgroups(most.min(groups), levels, 1);
         pass.set_pipeline(self.matter.pipeline("density"));
         pass.dispatch_workgroups(job.cells.div_ceil(WORKGROUP), 1, 1);
     }
@@ -240,5 +251,39 @@ impl LightGridPass {
         pass.set_pipeline(self.field.pipeline("light_field"));
         pass.set_bind_group(0, &job.field, &[]);
         pass.dispatch_workgroups(groups, inputs.levels.levels.len() as u32, 1);
+    }
+}
+
+/// Workgroups for so many listed particles over levels of these sizes, each of them as large as a level: few
+/// enough particles for each one that a driver which ends loops lets it come to its end.
+fn large_groups(listed: u32, sizes: &[[u32; 4]]) -> u32 {
+    let cells = |size: &[u32; 4]| size[..3].iter().map(|n| u64::from(*n)).product::<u64>();
+    let most = sizes.iter().map(cells).max().unwrap_or(0);
+    // One to go on to the particle.
+    let turns = 1 + most.div_ceil(LARGE_WORKGROUP.into());
+    let of_a_group = (LISTED_TURNS / turns).max(1);
+    u64::from(listed).div_ceil(of_a_group).min(MOST_GROUPS) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::tile_lists::MOST_TURNS;
+    use crate::scene::limits;
+
+    #[test]
+    fn large_particles_are_few_enough_for_each_workgroup() {
+        // The most cells over a list, and over a field with particles as large as itself.
+        let most = limits::MOST_PARTICLES as u32;
+        for (side, most) in [(1, most), (9, most), (76, most), (141, 300_000)] {
+            let size = [side, side, side, 0];
+            let turns = 1 + u64::from(side).pow(3).div_ceil(LARGE_WORKGROUP.into());
+            for listed in [0, 1, 300, 20_000, most] {
+                let groups = u64::from(large_groups(listed, &[[2, 2, 2, 0], size]));
+                assert!(groups <= MOST_GROUPS && groups <= u64::from(listed));
+                let of_a_group = u64::from(listed).div_ceil(groups.max(1));
+                assert!(of_a_group * turns < u64::from(MOST_TURNS), "{side} {listed}: {groups}");
+            }
+        }
     }
 }

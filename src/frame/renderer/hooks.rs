@@ -30,6 +30,11 @@ impl Renderer {
         self.grid.seen(&self.gpu)
     }
 
+    /// The buffers of the light that the light grid shows, whose solution is whole: sources and lights.
+    pub fn solved_light(&self) -> Option<[&wgpu::Buffer; 2]> {
+        self.grid.solved()
+    }
+
     /// Lengths of the lists of the last frame's tiles on screen, row by row; read back.
     pub fn tile_entries(&self) -> Result<Vec<u32>> {
         let Some(resources) = &self.resources else {

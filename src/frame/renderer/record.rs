@@ -166,8 +166,9 @@ impl Renderer {
                 }
             })?;
         }
-        let grid_count = self.grid.particle_count().filter(|_| plan.has_clouds());
-        self.stats.gather(&mut encoder, resources, &self.shadow, grid_count);
+        let of_grid = [self.grid.particle_count(), self.grid.large()];
+        let of_grid = if plan.has_clouds() { of_grid } else { [None; 2] };
+        self.stats.gather(&mut encoder, resources, &self.shadow, of_grid);
         gpu.queue.submit([encoder.finish()]);
         Ok(())
     }
