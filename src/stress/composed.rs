@@ -45,7 +45,7 @@ const MOST_UNLIKE: f64 = 1e-3;
 /// Optical radius, extinction times radius at density 1, of a noise shape up to which pictures are
 /// compared: beyond, the thinnest wisp at an outline is opaque, and 8-bit densities and steps decide where it
 /// ends. Clouds have less than 100.
-const DEEPEST_COMPARED: f64 = 1e4;
+pub const DEEPEST_COMPARED: f64 = 1e4;
 
 /// Radiance that counts as dark, over what energy allows: tables of the air and the light grid are in
 /// 16-bit floats, which end there.
