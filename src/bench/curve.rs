@@ -1,12 +1,12 @@
 //! Run time against error: presets, knobs and ray marchers in one scene.
 
-use super::cases::{Case, Motion};
+use super::cases::{Case, FPS, Motion};
 use super::errors::{
     OPACITY_OF_ALGORITHM, OPACITY_OF_MODEL, cut_picture, error, measured, of_exact, resized,
 };
 use super::front::{front, time_at};
 use super::march::{March, MarchLight, MarchSettings};
-use super::record::{Curve, PictureError, Point, PointKind, Spread};
+use super::record::{Cost, Curve, PictureError, Point, PointKind, Spread};
 use super::run::{Subject, frame};
 use super::variants::Variant;
 use crate::compare::Measured;
@@ -81,7 +81,7 @@ pub fn curve(
     for variant in variants {
         let renderer = renderer_for(setup, &case.scene, variant, &mut renderers)?;
         let size = variant.size(setup.size);
-        let shown = renderer.renderer.render(&case.scene, case.frame(0).1, size)?;
+        let shown = shown(renderer, &case.scene, variant, size)?;
         let shown = resized(&shown, setup.size);
         let exposure = case.scene.exposure;
         let model = match &subject.reference {
@@ -111,8 +111,9 @@ pub fn curve(
         });
         step();
     }
+    let cost = if setup.gpu.is_software() { Cost::Processor } else { Cost::Wall };
     let at = |of: fn(&Point) -> Option<PictureError>| {
-        let place = |p: &Point| of(p).map(|e| [p.wall_ms.median, e.without_noise()]);
+        let place = |p: &Point| of(p).map(|e| [p.ms(cost), e.without_noise()]);
         front(&points.iter().map(place).collect::<Vec<_>>())
     };
     let (model, algorithm) = (at(|p| p.model), at(|p| p.algorithm));
@@ -120,7 +121,25 @@ pub fn curve(
         (point.on_model_front, point.on_algorithm_front) = (model, algorithm);
     }
     let reference = subject.reference.as_ref().map(|(made, _)| made.clone());
-    Ok(Curve { scene: subject.name.to_owned(), reference, points })
+    Ok(Curve { scene: subject.name.to_owned(), reference, cost, points })
+}
+
+/// The frame at time 0. What takes pixels over from frames before it has had those: its error is that of
+/// a frame on its way.
+fn shown(
+    subject: &mut Subject,
+    scene: &Scene,
+    variant: &Variant,
+    size: [u32; 2],
+) -> Result<Picture> {
+    let stride = variant.quality.pixel_stride;
+    if stride > 1 {
+        // Each pixel of a block was shaded once.
+        for before in (1..=stride * stride).rev() {
+            subject.renderer.frame(scene, -f64::from(before) / FPS, size)?;
+        }
+    }
+    subject.renderer.render(scene, 0.0, size)
 }
 
 /// Times of the frames after the first.
@@ -229,7 +248,7 @@ impl Curve {
         of: fn(&Point) -> Option<PictureError>,
     ) -> Option<f64> {
         let point = self.points.iter().find(|p| p.kind == PointKind::Preset && p.name == preset)?;
-        let place = |p: &Point| of(p).map(|e| [p.wall_ms.median, e.without_noise()]);
+        let place = |p: &Point| of(p).map(|e| [p.ms(self.cost), e.without_noise()]);
         let [time, error] = place(point)?;
         let marches: Vec<_> =
             self.points.iter().filter(|p| p.kind == kind).filter_map(place).collect();

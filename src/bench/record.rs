@@ -143,8 +143,23 @@ pub struct Curve {
     pub scene: String,
     /// Paths a pixel of the reference; none without one.
     pub reference: Option<String>,
+    /// What fronts and comparisons at equal error count as run time.
+    #[serde(default)]
+    pub cost: Cost,
     /// One for each preset, knob, and marcher.
     pub points: Vec<Point>,
+}
+
+/// What counts as run time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cost {
+    /// Wall time.
+    #[default]
+    Wall,
+    /// Processor time of all threads: where the processor does the work of a graphics card, and other
+    /// work on the machine would count in wall time.
+    Processor,
 }
 
 /// What a point of the curve is.
@@ -180,6 +195,16 @@ pub struct Point {
     pub on_model_front: bool,
     /// Nothing measured here is both quicker and nearer to the exact compositor.
     pub on_algorithm_front: bool,
+}
+
+impl Point {
+    /// Run time of a frame, ms.
+    pub fn ms(&self, cost: Cost) -> f64 {
+        match cost {
+            Cost::Wall => self.wall_ms.median,
+            Cost::Processor => self.cpu_ms.median,
+        }
+    }
 }
 
 /// How far a picture is off, over pixels with clouds.

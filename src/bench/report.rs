@@ -4,7 +4,7 @@ mod plots;
 
 use std::fmt::Write;
 
-use super::record::{Bench, Curve, PictureError, Point, PointKind, Spread};
+use super::record::{Bench, Cost, Curve, PictureError, Point, PointKind, Spread};
 use crate::Result;
 
 const STYLE: &str = "body{font:15px/1.5 sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;\
@@ -52,8 +52,12 @@ fn curve_section(curve: &Curve) -> Result<String> {
     let _ = write!(
         text,
         "<p>Path-traced reference: {}. Errors are relMSE over pixels with clouds, without what the \
-         reference's own noise makes of it. The line is the Pareto front.</p>",
-        escape(reference)
+         reference's own noise makes of it. The line is the Pareto front. Run time is {}.</p>",
+        escape(reference),
+        match curve.cost {
+            Cost::Wall => "wall time",
+            Cost::Processor => "processor time of all threads, as the adapter is a software driver",
+        }
     );
     if curve.points.iter().any(|p| p.model.is_some()) {
         text.push_str("<h3>Against the reference: error of the model</h3>");

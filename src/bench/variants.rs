@@ -124,7 +124,7 @@ impl Variant {
 }
 
 /// Numbers that are tried one by one, the others being those of the preset high.
-const KNOBS: [&str; 12] = [
+const KNOBS: [&str; 13] = [
     "steps=2",
     "steps=4",
     "steps=12",
@@ -135,6 +135,7 @@ const KNOBS: [&str; 12] = [
     "shadow_resolution=512",
     "grid_fineness=0.7",
     "grid_fineness=1",
+    "pixel_stride=2",
     "scale=0.75",
     "scale=0.5",
 ];

@@ -104,8 +104,13 @@ fn all_noise() -> f64 {
 impl WeatherMap {
     /// A map of coverage with everything else as usual: as wide as usual, with square pixels.
     pub fn open(file: &Path) -> Result<Self> {
-        let channels = usual_channels();
-        let image = Arc::new(WeatherImage::load(file, &channels)?);
+        Self::open_as(file, &usual_channels())
+    }
+
+    /// The same with colours that mean this, or the coverage alone where the image has fewer.
+    pub fn open_as(file: &Path, channels: &[Channel]) -> Result<Self> {
+        let (image, channels) = WeatherImage::load_as(file, channels)?;
+        let image = Arc::new(image);
         let [width, height] = image.size.map(f64::from);
         // A strip of pixels is no reason for an extent that is out of range.
         let depth = USUAL_EXTENT * height / width;
@@ -160,17 +165,32 @@ impl WeatherImage {
     /// Reads an image file. Larger images than [`limits::MOST_MAP_SIDE`] pixels a side are refused by what
     /// their head says, before anything is decoded.
     pub fn load(path: &Path, channels: &[Channel]) -> Result<Self> {
-        let told = open(path).and_then(|file| Self::read(BufReader::new(file), channels));
+        let told = open(path).and_then(|file| Self::read(BufReader::new(file), channels, None));
+        told.map(|(image, _)| image)
+            .map_err(|message| Error::input(path.display().to_string(), message))
+    }
+
+    /// The same, or with the usual meanings where the image has fewer colours; with those that it has.
+    fn load_as(path: &Path, channels: &[Channel]) -> Result<(Self, Vec<Channel>)> {
+        let usual = usual_channels();
+        let told =
+            open(path).and_then(|file| Self::read(BufReader::new(file), channels, Some(&usual)));
         told.map_err(|message| Error::input(path.display().to_string(), message))
     }
 
     /// The same from memory; `place` names it in errors.
     pub fn from_bytes(bytes: &[u8], place: &str, channels: &[Channel]) -> Result<Self> {
-        let told = Self::read(Cursor::new(bytes), channels);
-        told.map_err(|message| Error::input(place, message))
+        let told = Self::read(Cursor::new(bytes), channels, None);
+        told.map(|(image, _)| image).map_err(|message| Error::input(place, message))
     }
 
-    fn read(mut source: impl BufRead + Seek, channels: &[Channel]) -> Told<Self> {
+    /// The image with these meanings of its colours, or with `otherwise` where it has fewer, and the
+    /// meanings that it was read with.
+    fn read(
+        mut source: impl BufRead + Seek,
+        channels: &[Channel],
+        otherwise: Option<&[Channel]>,
+    ) -> Told<(Self, Vec<Channel>)> {
         let size = size_of(&mut source)?;
         let unreadable = |e: std::io::Error| format!("cannot be read ({e}), {EXPECTED}");
         source.seek(SeekFrom::Start(SIGNATURE.len() as u64)).map_err(unreadable)?;
@@ -188,6 +208,10 @@ impl WeatherImage {
         let colour = decoder.color_type();
         let (all, hidden) = (colour.channel_count(), u8::from(colour.has_alpha()));
         let colours = usize::from(all - hidden);
+        let channels = match otherwise {
+            Some(fewer) if channels.len() > colours => fewer,
+            _ => channels,
+        };
         if channels.len() > colours {
             return Err(format!(
                 "has {colours} {}, expected at least {}: as many as clouds.weather.channels names",
@@ -209,7 +233,7 @@ impl WeatherImage {
             };
             packed(channels, channel)
         });
-        Ok(Self::new(size, texels.collect()))
+        Ok((Self::new(size, texels.collect()), channels.to_vec()))
     }
 
     /// An image of these texels, line by line: 16 bits of coverage, then 8 of height, then 8 of

@@ -107,4 +107,7 @@ fn only_plain_files_are_opened() {
     let map = WeatherMap::open(&path).expect("a map");
     assert_eq!(map.extent, DVec2::new(20_000.0, 5000.0), "square pixels");
     assert_eq!(map.read_again().expect("the same"), map);
+    // Of three meanings that one colour cannot have, the coverage is left.
+    assert_eq!(WeatherMap::open_as(&path, &ALL).expect("a map"), map);
+    assert_eq!(WeatherMap::open_as(&path, &ALL[1..2]).expect("a map").channels, ALL[1..2]);
 }

@@ -8,9 +8,10 @@ use winit::dpi::PhysicalSize;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::{CursorGrabMode, Window};
 
-use super::files::Watched;
+use super::files::{Sources, Watched};
 use super::graphics::Graphics;
 use super::panel::{self, Report};
+use super::reader::Reader;
 use super::saving;
 use super::session::Session;
 use super::studio::{Errand, Order, Reply, Shown, Studio, Wake};
@@ -52,10 +53,16 @@ pub(super) struct App {
     pub(super) news: Option<News>,
     /// What of it is on the screen.
     pub(super) beside: Beside,
+    #[cfg(feature = "gamepad")]
+    pads: super::gamepad::Pads,
+    /// The thread that reads files.
+    pub(super) reader: Reader,
     /// The scene's file.
     pub(super) watched: Option<Watched>,
-    /// The weather map's file.
-    pub(super) watched_map: Option<Watched>,
+    /// The weather map of a scene's file that could not be read: mended, it makes the scene whole.
+    pub(super) watched_cause: Option<Watched>,
+    /// The files of the weather maps that are shown, or come with a reset.
+    pub(super) watched_maps: Vec<Watched>,
     /// When files are looked at next.
     pub(super) look_at: Instant,
     /// The scene that orders share until it is changed.
@@ -91,6 +98,9 @@ impl App {
             report: Report { shapes, tables: Some(tables.clone()), ..Report::default() },
             tables,
             options,
+            #[cfg(feature = "gamepad")]
+            pads: super::gamepad::Pads::start(wake.clone()),
+            reader: Reader::start(wake.clone()),
             wake,
             studio: None,
             graphics: None,
@@ -100,7 +110,8 @@ impl App {
             news: None,
             beside: Beside::default(),
             watched: None,
-            watched_map: None,
+            watched_cause: None,
+            watched_maps: Vec::new(),
             look_at: Instant::now(),
             adapted: false,
             last_frame: None,
@@ -111,13 +122,12 @@ impl App {
             repaint_at: None,
             failure: None,
         };
-        app.find_scenes();
         if let Some(path) = &app.options.path {
             app.session.path.set(path, app.options.time);
         }
-        if let Some(path) = file {
-            app.watch(&path);
-        }
+        app.report.file = file;
+        app.watched = app.report.file.as_ref().map(|path| Sources::of(path).scene);
+        app.find_files();
         app
     }
 
@@ -239,6 +249,9 @@ impl App {
 
     /// Takes over what the thread has made.
     pub fn take_replies(&mut self) -> Result<()> {
+        self.take_read();
+        #[cfg(feature = "gamepad")]
+        self.take_pads();
         while let Some(reply) = self.studio.as_mut().and_then(Studio::reply) {
             match reply {
                 Reply::Stage(stage) => self.report.stage = stage,
@@ -257,6 +270,25 @@ impl App {
         }
         self.take_news();
         Ok(())
+    }
+
+    /// Does what gamepads ask for, where the window has the keyboard.
+    #[cfg(feature = "gamepad")]
+    fn take_pads(&mut self) {
+        use super::gamepad::News;
+        let focused = self.window.as_ref().is_some_and(|window| window.has_focus());
+        while let Some(news) = self.pads.news() {
+            match news {
+                News::Message(message) => self.tell(Ok(message)),
+                _ if !focused => {}
+                News::Lean(lean) => self.session.fly.lean(lean),
+                News::Key(key, down) => self.session.key(key, down, false),
+                News::Speed(notches) => {
+                    self.session.fly.wheel(notches);
+                    self.report.message = format!("{:.0} m/s", self.session.fly.speed);
+                }
+            }
+        }
     }
 
     fn take_picture(&mut self, shown: Shown) {
@@ -313,10 +345,7 @@ impl App {
                     self.tell(saved);
                 }
                 Wish::Open(path) => self.load(&path),
-                Wish::TakeChannels(channels) => {
-                    let taken = self.take_channels(channels);
-                    self.tell(taken);
-                }
+                Wish::TakeChannels(channels) => self.take_channels(channels),
                 Wish::Quit => event_loop.exit(),
                 // While the device is made anew there is nobody to do it.
                 Wish::Screenshot(_) if self.studio.is_none() => self.session.wishes.push(wish),
@@ -345,7 +374,7 @@ impl App {
         let Some(window) = &self.window else { return };
         let most = self.graphics.as_ref().map_or(1, Graphics::most_pixels);
         let size = <[u32; 2]>::from(window.inner_size()).map(|side| side.clamp(1, most));
-        match saving::free_names(Path::new(""), "cumuli", formats) {
+        match saving::free_names(Path::new(""), saving::PICTURE, formats) {
             Ok(paths) => {
                 let order = self.present_order(size);
                 if let Some(studio) = &self.studio {

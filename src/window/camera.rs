@@ -15,6 +15,8 @@ const NOTCH: f64 = 1.189;
 const FASTER: f64 = 5.0;
 /// Time in which the velocity comes to 1 / e of where the keys want it, s: smooth, not sluggish.
 const INERTIA: f64 = 0.12;
+/// How fast a stick at its end turns the view, degrees/s: half around in two seconds.
+const TURN: f64 = 90.0;
 /// Below this speed the camera stands, m/s: a pixel of the nearest particle in a minute.
 const STANDING: f64 = 1e-3;
 /// Steepest look up or down, degrees: straight up, a turn of the head would be a jump.
@@ -52,6 +54,15 @@ impl Push {
 const PUSHES: [Push; Push::COUNT] =
     [Push::Forward, Push::Back, Push::Left, Push::Right, Push::Up, Push::Down];
 
+/// What sticks ask for: parts of the whole speed, and of the quickest turn.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Lean {
+    /// Right, up along the world's axis, forward: each from -1 to 1.
+    pub way: DVec3,
+    /// To the right, and up: from -1 to 1.
+    pub turn: [f64; 2],
+}
+
 /// The camera and what moves it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FlyCamera {
@@ -67,6 +78,8 @@ pub(super) struct FlyCamera {
     held: [bool; Push::COUNT],
     /// Pressed since the last step, even if released again: no tap is lost in a slow frame.
     tapped: [bool; Push::COUNT],
+    /// What sticks ask for besides.
+    leant: Lean,
     /// Whether shift is held.
     pub fast: bool,
     /// m/s, without shift.
@@ -85,6 +98,7 @@ impl FlyCamera {
             moved: false,
             held: [false; Push::COUNT],
             tapped: [false; Push::COUNT],
+            leant: Lean::default(),
             fast: false,
             speed: FIRST_SPEED,
         }
@@ -106,7 +120,8 @@ impl FlyCamera {
     /// Puts it here, at rest; it shows exactly this camera's view until it is moved.
     pub fn set(&mut self, camera: &Camera) {
         let start = self.start;
-        *self = Self { fast: self.fast, speed: self.speed, held: self.held, ..Self::new(camera) };
+        let (fast, speed, held, leant) = (self.fast, self.speed, self.held, self.leant);
+        *self = Self { fast, speed, held, leant, ..Self::new(camera) };
         self.start = start;
     }
 
@@ -133,8 +148,17 @@ impl FlyCamera {
         self.tapped[push as usize] |= down;
     }
 
+    /// Sticks are leant so from now on.
+    #[cfg(any(feature = "gamepad", test))]
+    pub fn lean(&mut self, lean: Lean) {
+        if lean.way.is_finite() && lean.turn.iter().all(|turn| turn.is_finite()) {
+            self.leant = lean;
+        }
+    }
+
     /// All keys go up, as when another window gets them.
     pub fn release(&mut self) {
+        self.leant = Lean::default();
         self.held = [false; Push::COUNT];
         self.tapped = [false; Push::COUNT];
         self.fast = false;
@@ -162,11 +186,19 @@ impl FlyCamera {
 
     /// Whether it moves, or will with the next step.
     pub fn is_moving(&self) -> bool {
-        self.velocity != DVec3::ZERO || self.held.contains(&true) || self.tapped.contains(&true)
+        self.velocity != DVec3::ZERO
+            || self.leant != Lean::default()
+            || self.held.contains(&true)
+            || self.tapped.contains(&true)
     }
 
-    /// Moves for `seconds`. How the time is cut into steps makes no difference.
+    /// Moves for `seconds`. How the time is cut into steps makes no difference, unless sticks turn the
+    /// view meanwhile.
     pub fn step(&mut self, seconds: f64) {
+        let [right, up] = self.leant.turn;
+        if [right, up] != [0.0; 2] {
+            self.look([right, -up], TURN * seconds);
+        }
         let wanted = self.wanted();
         self.tapped = [false; Push::COUNT];
         // The velocity decays towards the wanted one; the way is its integral.
@@ -192,9 +224,11 @@ impl FlyCamera {
         let axes: DVec3 = pushed.map(Push::axes).sum();
         let forward = self.view.direction();
         let right = Angles { azimuth: self.view.azimuth + 90.0, elevation: 0.0 }.direction();
-        let direction = right * axes.x + DVec3::Y * axes.y + forward * axes.z;
+        let along = |axes: DVec3| right * axes.x + DVec3::Y * axes.y + forward * axes.z;
+        let direction = along(axes).normalize_or_zero() + along(self.leant.way);
         let speed = if self.fast { FASTER * self.speed } else { self.speed };
-        direction.normalize_or_zero() * speed
+        // Sticks ask for parts of the speed; nothing asks for more than all of it.
+        direction.clamp_length_max(1.0) * speed
     }
 }
 

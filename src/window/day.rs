@@ -29,12 +29,38 @@ impl Default for Day {
 }
 
 impl Day {
+    /// A moment and a place where the sun is there, so that a day goes on from where a scene's sun
+    /// is: midsummer at the latitude nearest to the usual one, or an equinox where the sun never
+    /// comes there in midsummer.
+    pub fn of(sun: Angles) -> Self {
+        let usual = Self::default();
+        let [east, up, south] = sun.direction().to_array();
+        let north = -south;
+        // The sine of the declination is up * sin(latitude) + north * cos(latitude).
+        let (reach, phase) = (up.hypot(north), north.atan2(up).to_degrees());
+        let at = |day: f64| {
+            let sine = declination(day).sin();
+            let turned = if reach > 0.0 { (sine / reach).clamp(-1.0, 1.0) } else { 0.0 };
+            let first = turned.asin().to_degrees();
+            let whole = |latitude: f64| (latitude - phase + 180.0).rem_euclid(360.0) - 180.0;
+            let found = [whole(first), whole(180.0 - first)].into_iter();
+            let nearer = |a: &f64, b: &f64| {
+                (a - usual.latitude).abs().total_cmp(&(b - usual.latitude).abs())
+            };
+            let latitude = found.filter(|l| l.abs() <= 90.0).min_by(nearer)?;
+            (sine.abs() <= reach).then_some((day, latitude))
+        };
+        let (day, latitude) =
+            at(usual.day).or_else(|| at(EQUINOX)).unwrap_or((EQUINOX, usual.latitude));
+        let (sin_lat, cos_lat) = latitude.to_radians().sin_cos();
+        let angle = (-east).atan2(up * cos_lat - north * sin_lat);
+        Self { hour: (12.0 + 24.0 * angle / TAU).rem_euclid(24.0), latitude, day }
+    }
+
     /// Where the sun is; north is -Z. The orbit is taken for a circle: within 2 degrees.
     pub fn sun(self) -> Angles {
-        let declination =
-            (OBLIQUITY.to_radians().sin() * (TAU * (self.day - EQUINOX) / YEAR).sin()).asin();
         let (sin_lat, cos_lat) = self.latitude.to_radians().sin_cos();
-        let (sin_dec, cos_dec) = declination.sin_cos();
+        let (sin_dec, cos_dec) = declination(self.day).sin_cos();
         let (sin_hour, cos_hour) = (TAU * (self.hour - 12.0) / 24.0).sin_cos();
         let up = sin_lat * sin_dec + cos_lat * cos_dec * cos_hour;
         let north = cos_lat * sin_dec - sin_lat * cos_dec * cos_hour;
@@ -43,9 +69,35 @@ impl Day {
     }
 }
 
+/// How far the sun is north of the equator, rad.
+fn declination(day: f64) -> f64 {
+    (OBLIQUITY.to_radians().sin() * (TAU * (day - EQUINOX) / YEAR).sin()).asin()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_day_is_found_for_every_sun() {
+        for elevation in [-90.0, -40.0, -5.0, 0.0, 4.0, 30.0, 52.0, 89.0, 90.0] {
+            for azimuth in [0.0, 14.5, 79.7, 90.0, 135.0, 180.0, 270.0, 359.0] {
+                let sun = Angles { azimuth, elevation };
+                let day = Day::of(sun);
+                assert!(day.latitude.abs() <= 90.0 && (0.0..=24.0).contains(&day.hour), "{day:?}");
+                let off = day.sun().direction().distance(sun.direction());
+                // Where a solution is a double one, rounding counts by its root: 1e-16 is 1e-8.
+                assert!(off < 1e-7, "{sun:?} {day:?} {:?}", day.sun());
+            }
+        }
+        // What the usual place has is found there.
+        let morning = Day { hour: 8.0, ..Day::default() };
+        let found = Day::of(morning.sun());
+        assert!(
+            (found.hour - 8.0).abs() < 1e-9 && (found.latitude - 48.0).abs() < 1e-9,
+            "{found:?}"
+        );
+    }
 
     #[test]
     fn the_sun_goes_from_east_over_south_to_west() {

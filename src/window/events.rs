@@ -26,7 +26,8 @@ impl App {
         let Some(key) = Key::of(code) else { return };
         let down = event.state == ElementState::Pressed;
         // What is typed into the panel is not meant for the flight; but no key stays stuck.
-        if down && typing {
+        let list_open = self.graphics.as_ref().is_some_and(Graphics::is_list_open);
+        if down && (typing || (key == Key::Quit && list_open)) {
             return;
         }
         self.session.key(key, down, event.repeat);

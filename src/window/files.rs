@@ -4,7 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use crate::scene::{CameraPath, Scene};
+use super::saving;
+use crate::scene::{CameraPath, Channel, Scene, WeatherMap};
 use crate::{Error, Result};
 
 /// What a file holds.
@@ -14,18 +15,19 @@ pub(super) enum Content {
     Scene(Box<Scene>),
     /// A camera path.
     Path(CameraPath),
-    /// An image, for a weather map.
-    Map,
+    /// An image, as a weather map that is laid as usual.
+    Map(Box<WeatherMap>),
 }
 
 /// The ending of images' names, in lower case.
 const IMAGE: &str = "png";
 
-/// Reads a file of any kind that the window knows. `shapes` are those of the tables.
-pub(super) fn read(path: &Path, shapes: &[String]) -> Result<Content> {
+/// Reads a file of any kind that the window knows. `shapes` are those of the tables; `channels` is
+/// what the colours of a weather map mean.
+pub(super) fn read(path: &Path, shapes: &[String], channels: &[Channel]) -> Result<Content> {
     let extension = extension(path);
     if extension == IMAGE {
-        return Ok(Content::Map);
+        return Ok(Content::Map(Box::new(WeatherMap::open_as(path, channels)?)));
     }
     if !path.is_dir() && extension != "toml" {
         return Err(Error::input(
@@ -51,8 +53,15 @@ pub(super) fn scene(path: &Path, shapes: &[String]) -> Result<Scene> {
     Ok(scene)
 }
 
+/// Larger files are neither scenes nor paths, whose readers refuse them too, bytes.
+const MOST_BYTES: u64 = 8 << 20;
+
 /// The top of a TOML file; none where it cannot be read, which its reader tells better.
 fn table(path: &Path) -> Option<toml::Table> {
+    let metadata = std::fs::metadata(path).ok()?;
+    if !metadata.is_file() || metadata.len() > MOST_BYTES {
+        return None;
+    }
     std::fs::read_to_string(path).ok()?.parse().ok()
 }
 
@@ -60,19 +69,23 @@ fn names(path: &Path, key: &str) -> bool {
     table(path).is_some_and(|table| table.contains_key(key))
 }
 
-/// Scenes in these folders, by name.
-pub(super) fn scenes_in(folders: &[PathBuf]) -> Vec<PathBuf> {
-    found_in(folders, "camera")
+/// Files to choose from, by name.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Found {
+    pub scenes: Vec<PathBuf>,
+    /// Weather maps.
+    pub maps: Vec<PathBuf>,
+    /// Camera paths.
+    pub paths: Vec<PathBuf>,
 }
 
-/// Camera paths in these folders, by name.
-pub(super) fn paths_in(folders: &[PathBuf]) -> Vec<PathBuf> {
-    found_in(folders, "keys")
-}
-
-/// Images in these folders, by name.
-pub(super) fn maps_in(folders: &[PathBuf]) -> Vec<PathBuf> {
-    all_in(folders, |path| extension(path) == IMAGE)
+/// Looks for scenes and maps in these folders, and for paths in others too.
+pub(super) fn find(folders: &[PathBuf], more: &[PathBuf]) -> Found {
+    Found {
+        scenes: found_in(folders, "camera"),
+        maps: all_in(folders, |path| extension(path) == IMAGE && !saving::is_saved_picture(path)),
+        paths: found_in(&[folders, more].concat(), "keys"),
+    }
 }
 
 /// TOML files with this key at their top.
@@ -95,11 +108,9 @@ fn all_in(folders: &[PathBuf], is_one: impl Fn(&Path) -> bool) -> Vec<PathBuf> {
     found
 }
 
-/// A scene file on disk and the file of particles that it names, or another file.
+/// A file on disk and others that belong to it.
+#[derive(Debug)]
 pub(super) struct Watched {
-    path: PathBuf,
-    /// Whether the file may name others.
-    alone: bool,
     files: Vec<PathBuf>,
     /// As they were read.
     known: Stamps,
@@ -112,29 +123,19 @@ type Stamps = Vec<Option<(SystemTime, u64)>>;
 
 impl Watched {
     /// Looks out for changes from now on.
-    pub fn new(path: &Path) -> Self {
-        let mut files = vec![path.to_owned()];
-        let particles =
-            table(path).and_then(|t| Some(t.get("particles_file")?.as_str()?.to_owned()));
-        let folder = path.parent().unwrap_or(Path::new(""));
-        files.extend(particles.map(|name| folder.join(name)));
+    pub fn new(path: &Path, others: &[PathBuf]) -> Self {
+        let files = [&[path.to_owned()], others].concat();
         let known = stamps(&files);
-        Self { path: path.to_owned(), alone: false, files, seen: known.clone(), known }
+        Self { files, seen: known.clone(), known }
     }
 
-    /// The same for a file that names no others.
-    pub fn alone(path: &Path) -> Self {
-        let files = vec![path.to_owned()];
-        let known = stamps(&files);
-        Self { path: path.to_owned(), alone: true, files, seen: known.clone(), known }
-    }
-
-    /// The scene file.
+    /// The first file.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.files.first().map_or(Path::new(""), PathBuf::as_path)
     }
 
-    /// Whether a file has changed since it was read, and is whole by now: the same in two looks.
+    /// Whether a file has changed since it was read, and is whole by now: the same in two looks. Whatever
+    /// is made of it, it is told again only with the next change.
     pub fn has_changed(&mut self) -> bool {
         let now = stamps(&self.files);
         let settled = now == self.seen;
@@ -142,10 +143,32 @@ impl Watched {
         if !settled || self.seen == self.known {
             return false;
         }
-        // Whatever is made of it, it is not read again before the next change.
-        let again = if self.alone { Self::alone } else { Self::new };
-        *self = again(&self.path.clone());
+        self.known.clone_from(&self.seen);
         true
+    }
+}
+
+/// What a scene's file depends on.
+#[derive(Debug)]
+pub(super) struct Sources {
+    /// The file itself, and that of its particles.
+    pub scene: Watched,
+    /// The file of its weather map.
+    pub map: Option<Watched>,
+}
+
+impl Sources {
+    /// As they are now: before the scene is read, so that no change is missed.
+    pub fn of(path: &Path) -> Self {
+        let table = table(path).unwrap_or_default();
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let named = |value: Option<&toml::Value>| Some(folder.join(value?.as_str()?));
+        let particles = named(table.get("particles_file"));
+        let map = table.get("clouds").and_then(|clouds| clouds.get("weather")?.get("file"));
+        Self {
+            scene: Watched::new(path, particles.as_slice()),
+            map: named(map).map(|map| Watched::new(&map, &[])),
+        }
     }
 }
 
@@ -183,24 +206,34 @@ mod tests {
             ("path.toml", path),
             ("a.txt", SCENE),
             ("shaped.toml", &shaped),
-            ("map.PNG", "an image, as long as nobody reads it"),
+            ("broken.png", "no image"),
         ];
         let dir = folder(&files);
-        let read = |name: &str| read(&dir.path().join(name), &["uniform".to_owned()]);
+        for name in ["map.PNG", "cumuli-0001.png", "frame_00012.png"] {
+            let path = dir.path().join(name);
+            image::GrayImage::new(4, 2).save(&path).expect("written");
+        }
+        let channels = [Channel::Height];
+        let read = |name: &str| read(&dir.path().join(name), &["uniform".to_owned()], &channels);
         assert!(matches!(read("scene.toml"), Ok(Content::Scene(s)) if s.name == "scene"));
         assert!(matches!(read("path.toml"), Ok(Content::Path(p)) if p.keys().len() == 1));
-        for (name, part) in
-            [("a.txt", ".toml"), ("none.toml", "no such file"), ("shaped.toml", "no shape `x`")]
-        {
+        for (name, part) in [
+            ("a.txt", ".toml"),
+            ("none.toml", "no such file"),
+            ("shaped.toml", "no shape `x`"),
+            ("broken.png", "no PNG image"),
+        ] {
             let message = read(name).expect_err(name).to_string();
             assert!(message.contains(part) && message.contains(name), "{message}");
         }
-        let found = scenes_in(&[dir.path().to_owned(), dir.path().to_owned()]);
-        let names = ["scene.toml", "shaped.toml"].map(|n| dir.path().join(n));
-        assert_eq!(found, names, "each once, and no paths");
-        assert!(matches!(read("map.PNG"), Ok(Content::Map)));
-        assert_eq!(maps_in(&[dir.path().to_owned()]), [dir.path().join("map.PNG")]);
-        assert_eq!(paths_in(&[dir.path().to_owned()]), [dir.path().join("path.toml")]);
+        let here = dir.path().to_owned();
+        let found = find(&[here.clone(), here.clone()], &[]);
+        let in_folder = |names: &[&str]| names.iter().map(|n| here.join(n)).collect::<Vec<_>>();
+        assert_eq!(found.scenes, in_folder(&["scene.toml", "shaped.toml"]), "each once, no paths");
+        assert_eq!(found.paths, in_folder(&["path.toml"]));
+        assert_eq!(found.maps, in_folder(&["broken.png", "map.PNG"]), "no pictures of its own");
+        assert!(matches!(read("map.PNG"), Ok(Content::Map(m)) if m.channels == channels));
+        assert!(find(&[], &[here]).paths.len() == 1);
     }
 
     #[test]
@@ -208,7 +241,7 @@ mod tests {
         let named = format!("particles_file = \"p.json\"\n{SCENE}");
         let dir = folder(&[("scene.toml", &named), ("p.json", "{\"particles\": []}")]);
         let path = dir.path().join("scene.toml");
-        let mut watched = Watched::new(&path);
+        let mut watched = Sources::of(&path).scene;
         assert!(!watched.has_changed() && !watched.has_changed());
         for file in [&path, &dir.path().join("p.json")] {
             let text = std::fs::read_to_string(file).expect("readable");
@@ -221,5 +254,24 @@ mod tests {
         }
         std::fs::remove_file(&path).expect("removed");
         assert!(!watched.has_changed() && watched.has_changed(), "a missing file is a change");
+    }
+
+    #[test]
+    fn a_scene_tells_what_it_is_made_of_even_where_it_is_broken() {
+        let field = "[clouds]\n[clouds.weather]\nfile = \"maps/a.png\"\n";
+        let dir = folder(&[("scene.toml", &format!("{SCENE}{field}")), ("plain.toml", SCENE)]);
+        let path = dir.path().join("scene.toml");
+        assert!(scene(&path, &[]).is_err(), "there is no such map");
+        let mut sources = Sources::of(&path);
+        let map = sources.map.as_mut().expect("a map");
+        assert_eq!(map.path(), dir.path().join("maps/a.png"));
+        assert!(!map.has_changed());
+        std::fs::create_dir(dir.path().join("maps")).expect("made");
+        image::GrayImage::new(4, 2).save(map.path()).expect("written");
+        assert!(!map.has_changed() && map.has_changed(), "it is there now");
+        assert!(!sources.scene.has_changed(), "the scene is as it was");
+        assert!(scene(&path, &[]).is_ok());
+        assert!(Sources::of(&dir.path().join("plain.toml")).map.is_none());
+        assert!(Sources::of(&dir.path().join("none.toml")).map.is_none());
     }
 }

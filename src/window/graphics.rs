@@ -61,6 +61,11 @@ impl Graphics {
         self.overlay.is_typing()
     }
 
+    /// Whether a list is open.
+    pub fn is_list_open(&self) -> bool {
+        self.overlay.is_list_open()
+    }
+
     /// The window has changed its size.
     pub fn resize(&mut self) {
         self.surface.resize();

@@ -87,7 +87,7 @@ pub(super) const HELP: [(&str, &str); 18] = [
     ("shift", "faster"),
     ("wheel", "speed"),
     ("space", "pause"),
-    (", .", "slower, quicker time"),
+    ("comma, full stop", "slower, quicker time"),
     ("home", "back to the start"),
     ("F1", "panel"),
     ("H", "keys"),

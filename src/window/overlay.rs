@@ -80,6 +80,11 @@ impl Overlay {
         self.state.egui_ctx().egui_wants_keyboard_input()
     }
 
+    /// Whether a list is open, which Escape closes.
+    pub fn is_list_open(&self) -> bool {
+        egui::Popup::is_any_open(self.state.egui_ctx())
+    }
+
     /// Shows this behind the panel from now on: as the picture (0), or beside it (1).
     pub fn set_picture(&mut self, gpu: &Gpu, place: usize, image: Option<&Image>) {
         let Some(slot) = self.pictures.get_mut(place) else { return };

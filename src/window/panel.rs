@@ -1,11 +1,13 @@
 //! The panel: what can be changed, and what a frame takes.
 
+mod beside;
 mod camera;
 mod clouds;
 mod field;
 mod files;
 pub(super) mod frame;
 mod insides;
+mod notes;
 mod path;
 mod sky;
 mod tables;
@@ -15,10 +17,10 @@ mod weather;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use egui::{Align2, CollapsingHeader, Color32, Context, Grid, RichText, Ui, Window};
+use egui::{Align2, CollapsingHeader, Color32, Context, Ui, Window};
 
 use self::frame::History;
-use super::input::HELP;
+use super::files::Found;
 use super::session::Session;
 use super::studio::Inside;
 use super::truth::Figures;
@@ -27,6 +29,8 @@ use crate::tables::TableSet;
 
 /// Between the panel and the window's edge, points.
 const MARGIN: f32 = 8.0;
+/// Width of the panel at first, points: a row of three numbers and the way back.
+const WIDTH: f32 = 300.0;
 
 /// What the panel tells.
 #[derive(Clone, Debug, Default)]
@@ -59,12 +63,12 @@ pub(super) struct Report {
     pub mistake: Option<String>,
     /// What is wrong with the weather map's file, until it is mended.
     pub map_mistake: Option<String>,
-    /// Weather maps to choose from.
-    pub maps: Vec<PathBuf>,
+    /// What is being read.
+    pub reading: Option<String>,
+    /// Files to choose from.
+    pub found: Found,
     /// The scene's file.
     pub file: Option<PathBuf>,
-    /// Scenes to choose from.
-    pub scenes: Vec<PathBuf>,
     /// Which view of the insides is shown.
     pub inside: Option<Inside>,
     /// What the colours of a view of the insides mean.
@@ -75,27 +79,13 @@ pub(super) struct Report {
     pub figures: Option<Figures>,
     /// The tables.
     pub tables: Option<Arc<TableSet>>,
-    /// Camera paths to choose from.
-    pub paths: Vec<PathBuf>,
     /// Shapes that the tables hold.
     pub shapes: Vec<String>,
 }
 
 /// Shows the panel; changes what is touched and nothing else.
 pub(super) fn show(ctx: &Context, session: &mut Session, report: &Report) {
-    let mistakes: Vec<_> = [&report.mistake, &report.map_mistake].into_iter().flatten().collect();
-    if !mistakes.is_empty() {
-        Window::new("Mistake in the file")
-            .anchor(Align2::CENTER_BOTTOM, [0.0, -8.0])
-            .collapsible(false)
-            .resizable(false)
-            .show(ctx, |ui| {
-                for mistake in mistakes {
-                    ui.colored_label(Color32::LIGHT_RED, mistake);
-                }
-                ui.weak("the last good one goes on; save the file again when it is mended");
-            });
-    }
+    notes::mistakes(ctx, report);
     if let Some(stage) = report.stage.as_ref().filter(|_| !report.has_picture) {
         Window::new("Starting")
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
@@ -104,20 +94,15 @@ pub(super) fn show(ctx: &Context, session: &mut Session, report: &Report) {
             .show(ctx, |ui| waiting(ui, stage, report));
     }
     if session.help {
-        Window::new("Keys").anchor(Align2::RIGHT_TOP, [-8.0, 8.0]).resizable(false).show(ctx, keys);
+        notes::keys(ctx);
     }
-    if let Some(legend) = &report.legend {
-        Window::new("Legend")
-            .anchor(Align2::CENTER_TOP, [0.0, 8.0])
-            .title_bar(false)
-            .resizable(false)
-            .show(ctx, |ui| ui.label(legend));
-    }
+    notes::beside_the_picture(ctx, session, report);
+    notes::news(ctx, report);
     if session.panel {
         let height = (ctx.content_rect().height() - 2.0 * MARGIN).max(MARGIN);
         Window::new("Cumuli")
             .default_pos([MARGIN; 2])
-            .default_size([300.0, height])
+            .default_size([WIDTH, height])
             .vscroll(true)
             .show(ctx, |ui| contents(ui, session, report));
     }
@@ -130,20 +115,22 @@ fn waiting(ui: &mut Ui, stage: &str, report: &Report) {
 }
 
 fn contents(ui: &mut Ui, session: &mut Session, report: &Report) {
-    if let Some(stage) = &report.stage {
-        ui.label(format!("{stage} …"));
-    }
-    if !report.message.is_empty() {
-        ui.label(RichText::new(&report.message).strong());
-    }
-    let rate = if report.interval > 0.0 { 1.0 / report.interval } else { 0.0 };
-    ui.label(format!("{rate:.1} pictures/s, {} x {}", report.size[0], report.size[1]));
+    let rate = if session.is_lively() && report.interval > 0.0 {
+        format!("{:.1} pictures/s", 1.0 / report.interval)
+    } else {
+        "at rest".to_owned()
+    };
+    ui.label(format!("{rate}, {} x {} pixels", report.size[0], report.size[1]));
     if report.software {
         ui.colored_label(Color32::YELLOW, format!("software driver: {}", report.adapter));
     } else {
         ui.label(&report.adapter);
     }
-    ui.checkbox(&mut session.unfold, "all sections");
+    time::preset(ui, session);
+    ui.horizontal(|ui| {
+        ui.checkbox(&mut session.unfold, "all sections");
+        ui.checkbox(&mut session.help, "keys");
+    });
     let all = session.unfold;
     let section = |title, open| section(title, open).open(all.then_some(true));
     section("Scene", true).show(ui, |ui| files::files(ui, session, report));
@@ -162,23 +149,12 @@ fn contents(ui: &mut Ui, session: &mut Session, report: &Report) {
     section("Quality", false).show(ui, |ui| time::quality(ui, session, report));
     section("Frame", true).show(ui, |ui| frame::frame(ui, report));
     section("Insides", false).show(ui, |ui| insides::insides(ui, session, report));
-    section("Reference", false).show(ui, |ui| insides::reference(ui, session, report));
+    section("Reference", false).show(ui, |ui| beside::wanted(ui, session));
     section("Tables", false).show(ui, |ui| tables::tables(ui, report));
-    section("Keys", false).show(ui, keys);
 }
 
 fn section(title: &str, open: bool) -> CollapsingHeader {
     CollapsingHeader::new(title).default_open(open)
-}
-
-fn keys(ui: &mut Ui) {
-    Grid::new("keys").show(ui, |ui| {
-        for (key, meaning) in HELP {
-            ui.label(RichText::new(key).strong());
-            ui.label(meaning);
-            ui.end_row();
-        }
-    });
 }
 
 #[cfg(test)]

@@ -20,6 +20,19 @@ pub(super) fn free_name(folder: &Path, stem: &str, end: &str) -> Result<PathBuf>
     names.into_iter().next().ok_or_else(|| Error::Failed("no name".to_owned()))
 }
 
+/// Stem of pictures that are saved from the window.
+pub(super) const PICTURE: &str = "cumuli";
+/// Beginning of the names that the frames of a sequence have.
+const FRAME: &str = "frame_";
+
+/// Whether a picture is called like one that the program saves: of the window, or of a sequence.
+pub(super) fn is_saved_picture(path: &Path) -> bool {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let number = stem.strip_prefix(PICTURE).and_then(|rest| rest.strip_prefix('-'));
+    let number = number.or_else(|| stem.strip_prefix(FRAME)).unwrap_or_default();
+    !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())
+}
+
 fn free(folder: &Path, stem: &str, ends: &[&str]) -> Result<Vec<PathBuf>> {
     (1..=MOST)
         .map(|number| {
@@ -35,6 +48,17 @@ fn free(folder: &Path, stem: &str, ends: &[&str]) -> Result<Vec<PathBuf>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn saved_pictures_are_told_by_their_names() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let saved = free_names(dir.path(), PICTURE, &[Format::Png]).expect("a name");
+        assert!(is_saved_picture(&saved[0]) && is_saved_picture(Path::new("out/frame_00012.png")));
+        for other in ["cumuli.png", "cumuli-.png", "cumuli-map.png", "map-0001.png", "frame_a.png"]
+        {
+            assert!(!is_saved_picture(Path::new(other)), "{other}");
+        }
+    }
 
     #[test]
     fn no_file_replaces_another() {

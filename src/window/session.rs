@@ -41,7 +41,7 @@ pub(super) struct Session {
     pub clock: Clock,
     /// Where the sun is put with sliders.
     sun: Angles,
-    /// The time of day that it was put to last.
+    /// The time of day that it was put to last, or one that has it where it is.
     day: Day,
     /// What the renderer is made for.
     pub settings: RenderSettings,
@@ -75,7 +75,7 @@ impl Session {
             path: FlightPath::default(),
             clock: Clock::new(time),
             sun: Angles::of(scene.sun.direction),
-            day: Day::default(),
+            day: Day::of(Angles::of(scene.sun.direction)),
             start: scene.clone(),
             medium: scene.medium,
             scene,
@@ -179,6 +179,7 @@ impl Session {
     pub fn set_sun(&mut self, sun: Angles) {
         if sun != self.sun {
             self.sun = sun;
+            self.day = Day::of(sun);
             self.scene.sun.direction = sun.direction();
         }
     }
@@ -187,9 +188,10 @@ impl Session {
     pub fn restore_sun(&mut self) {
         self.scene.sun.direction = self.start.sun.direction;
         self.sun = Angles::of(self.start.sun.direction);
+        self.day = Day::of(self.sun);
     }
 
-    /// The time of day that the sun was put to last.
+    /// The time of day that the sun was put to last, or one that has it where it is.
     pub fn day(&self) -> Day {
         self.day
     }
@@ -197,8 +199,8 @@ impl Session {
     /// Puts the sun where it is at a time of day.
     pub fn set_day(&mut self, day: Day) {
         if day != self.day {
-            self.day = day;
             self.set_sun(day.sun());
+            self.day = day;
         }
     }
 
@@ -229,6 +231,7 @@ impl Session {
 
     fn show(&mut self, scene: Scene) {
         self.sun = Angles::of(scene.sun.direction);
+        self.day = Day::of(self.sun);
         self.medium = scene.medium;
         self.scene = scene;
     }

@@ -96,6 +96,9 @@ fn check_curve(bench: &Value) {
     assert!(error("high") > 0.0 && error("high") < error("high scale=0.5"));
     assert!(error("view-march-128") < error("view-march-8"));
     assert!(points.iter().any(|p| p["on_algorithm_front"] == true));
+    // Processor time counts where the processor draws.
+    let software = bench["machine"]["kind"] == "Cpu";
+    assert_eq!(curves[0]["cost"], if software { "processor" } else { "wall" });
     // No reference of this size is there.
     assert!(points.iter().all(|p| p["model"].is_null()));
 }

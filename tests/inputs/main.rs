@@ -5,6 +5,7 @@
 //! The long tests read a million each: `cargo test --release --test inputs -- --ignored --nocapture`.
 
 mod damage;
+mod large_maps;
 mod readers;
 
 use std::sync::{Mutex, PoisonError};
@@ -28,9 +29,10 @@ const MOST_TIME: Duration = Duration::from_secs(1);
 /// Longest message, bytes: it quotes at most a few names of the input.
 const MOST_MESSAGE: usize = 1500;
 
+/// What one test allocates is not to be counted for another.
+static TURN: Mutex<()> = Mutex::new(());
+
 fn attack(reader: &Reader, inputs: u64) {
-    // What one test allocates is not to be counted for another.
-    static TURN: Mutex<()> = Mutex::new(());
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let seeds = (reader.seeds)();
     for seed in &seeds {

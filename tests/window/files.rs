@@ -2,10 +2,18 @@
 
 use super::SCENE;
 use super::flight::{Flight, until};
+use super::maps::SKY;
 
-/// Where the panel has the slider for the time of day, in points: its first slider. Moves with the
-/// layout of the panel; a picture of it is kept by `CUMULI_SCREENS`.
-const TIME_OF_DAY: [u32; 2] = [83, 274];
+/// Where the panel has the slider for the time of day at nine, in points: its first slider. Moves with
+/// the layout of the panel; a picture of it is kept by `CUMULI_SCREENS`.
+const TIME_OF_DAY: [u32; 2] = [72, 297];
+/// From there to the evening, points.
+const TO_EVENING: u32 = 40;
+
+/// Whether there is light red text on the screen, which only mistakes have.
+pub fn tells_mistake(screen: &image::RgbImage) -> bool {
+    screen.pixels().any(|p| p.0[0] > 200 && p.0[1] < 160 && p.0[2] < 160)
+}
 
 #[test]
 fn the_saved_scene_makes_the_same_picture() {
@@ -13,7 +21,7 @@ fn the_saved_scene_makes_the_same_picture() {
     flight.screen_at_rest([800, 600]);
     flight.keep_screen("start.png", [800, 600]);
     // The sun goes to the evening, and the camera to the right and up.
-    flight.drag(TIME_OF_DAY, [TIME_OF_DAY[0] + 28, TIME_OF_DAY[1]]);
+    flight.drag(TIME_OF_DAY, [TIME_OF_DAY[0] + TO_EVENING, TIME_OF_DAY[1]]);
     flight.keep_screen("evening.png", [800, 600]);
     flight.display.tool(&["keydown", "d"]);
     std::thread::sleep(std::time::Duration::from_millis(400));
@@ -49,16 +57,31 @@ fn changes_on_disk_are_shown_and_mistakes_told() {
     let path = flight.path("scene.toml");
     std::fs::write(&path, SCENE.replace("radius = 100.0", "radius = \"wide\"")).expect("written");
     until("the mistake is told", || flight.log().contains("particles[0].radius").then_some(()));
-    until("it is on the screen, at the bottom", || {
-        let screen = flight.display.screen([640, 480]);
-        (screen.get_pixel(320, 465).0[1] < 60).then_some(())
-    });
+    let size = [640, 480];
+    until("it is on the screen", || tells_mistake(&flight.display.screen(size)).then_some(()));
     flight.keep_screen("mistake.png", [640, 480]);
     assert_eq!(flight.picture(), before, "the last good scene goes on");
     std::fs::write(&path, SCENE.replace("radius = 100.0", "radius = 160.0")).expect("written");
     until("the change is shown", || (flight.picture() != before).then_some(()));
     std::fs::write(&path, SCENE).expect("written");
     until("and back", || (flight.picture() == before).then_some(()));
+    assert_eq!(flight.quit(), Some(0));
+}
+
+#[test]
+fn a_scene_whose_map_is_broken_is_loaded_when_the_map_is_mended() {
+    let Some(mut flight) = Flight::start(SKY, "480x360") else { return };
+    let noise = flight.picture();
+    let (path, map) = (flight.path("scene.toml"), flight.path("map.png"));
+    std::fs::write(&map, "no image").expect("written");
+    let scene = format!("{SKY}[clouds.weather]\nfile = \"map.png\"\n");
+    std::fs::write(&path, scene).expect("written");
+    until("the mistake is told", || flight.log().contains("is no PNG image").then_some(()));
+    assert!(flight.picture() == noise, "the last good scene goes on");
+    // Only the map is mended: the scene's file is not touched.
+    image::GrayImage::new(4, 4).save(&map).expect("written");
+    until("the scene is loaded", || flight.log().contains("scene.toml was changed").then_some(()));
+    assert!(flight.picture() != noise, "black is a clear sky");
     assert_eq!(flight.quit(), Some(0));
 }
 

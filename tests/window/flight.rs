@@ -25,14 +25,29 @@ impl Flight {
         Self::start_at_scale(scene, size, Some("1"))
     }
 
+    /// The same with more files in its folder.
+    pub fn start_beside(scene: &str, size: &str, files: impl FnOnce(&Path)) -> Option<Self> {
+        Self::start_in(scene, size, Some("1"), files)
+    }
+
     /// The same on a display with so many pixels to a point, or as many as the display says.
     pub fn start_at_scale(scene: &str, size: &str, scale: Option<&str>) -> Option<Self> {
+        Self::start_in(scene, size, scale, |_| ())
+    }
+
+    fn start_in(
+        scene: &str,
+        size: &str,
+        scale: Option<&str>,
+        files: impl FnOnce(&Path),
+    ) -> Option<Self> {
         if !is_there("Xvfb") || !is_there("xdotool") {
             println!("skipped: Xvfb and xdotool are needed to try the window");
             return None;
         }
         let dir = tempfile::tempdir().expect("a temporary folder");
         std::fs::write(dir.path().join("scene.toml"), scene).expect("written");
+        files(dir.path());
         let display = Display::start(dir.path());
         let log = std::fs::File::create(dir.path().join("log")).expect("a log");
         let mut program = Command::new(env!("CARGO_BIN_EXE_cumuli"));
@@ -67,6 +82,14 @@ impl Flight {
     /// Presses keys, one after the other.
     pub fn keys(&self, keys: &[&str]) {
         self.display.tool(&[&["key"], keys].concat());
+    }
+
+    /// Clicks a place of the window. Press and release follow at once: what is held long is no click.
+    pub fn click(&self, place: [u32; 2]) {
+        let [x, y] = place.map(|v| v.to_string());
+        self.display.tool(&["mousemove", "--window", &self.window, &x, &y]);
+        std::thread::sleep(Duration::from_millis(300));
+        self.display.tool(&["click", "1"]);
     }
 
     /// Drags the mouse from one place of the window to another.

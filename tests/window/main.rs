@@ -3,6 +3,7 @@
 
 #![cfg(all(target_os = "linux", feature = "window"))]
 
+mod choices;
 mod display;
 mod drop;
 mod files;

@@ -3,10 +3,11 @@
 use image::{GrayImage, Luma};
 
 use super::drop::drop_file;
+use super::files::tells_mistake;
 use super::flight::{Flight, until};
 
 /// Looks up at a small field; its time stands still, so its picture is always the same.
-const SKY: &str = r#"
+pub const SKY: &str = r#"
 [camera]
 position = [0.0, 2.0, 0.0]
 target = [0.0, 700.0, -600.0]
@@ -60,10 +61,7 @@ fn a_dropped_map_is_shown_watched_and_saved() {
     // What is no image leaves the last good one, and is told.
     std::fs::write(&path, "no image").expect("written");
     until("the mistake is told", || flight.log().contains("is no PNG image").then_some(()));
-    until("it is on the screen, at the bottom", || {
-        let screen = flight.display.screen(SIZE);
-        (screen.get_pixel(SIZE[0] / 2, SIZE[1] - 15).0[1] < 60).then_some(())
-    });
+    until("it is on the screen", || tells_mistake(&flight.display.screen(SIZE)).then_some(()));
     flight.keep_screen("map-mistake.png", SIZE);
     assert!(flight.picture() == white, "the last good map goes on");
     map(255).save(&path).expect("written");

@@ -18,6 +18,10 @@ fn a_lost_surface_is_replaced_and_shows_what_comes() {
     assert_eq!(flight.picture(), before, "the device is the same");
     // What comes after it is on the screen: the panel, and then the view without it.
     let left_of_the_cloud = |screen: &image::RgbImage| screen.get_pixel(60, 200).0[1];
+    until("the message is gone", || {
+        let screen = flight.display.screen([320, 240]);
+        (left_of_the_cloud(&screen).abs_diff(screen.get_pixel(10, 20).0[1]) < 12).then_some(())
+    });
     let bare = left_of_the_cloud(&flight.screen_at_rest([320, 240]));
     flight.keys(&["F1"]);
     until("the panel is shown", || {

@@ -7,7 +7,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::register_font;
 
-use crate::bench::record::{Curve, PictureError, Point, PointKind, Run};
+use crate::bench::record::{Cost, Curve, PictureError, Point, PointKind, Run};
 use crate::{Error, Result};
 
 /// The name that browsers know too; the font's measures come with the program.
@@ -161,7 +161,7 @@ pub fn curve(
     error: fn(&Point) -> Option<PictureError>,
     on_front: fn(&Point) -> bool,
 ) -> Result<String> {
-    let place = |p: &Point| error(p).map(|e| (p.wall_ms.median, e.without_noise()));
+    let place = |p: &Point| error(p).map(|e| (p.ms(curve.cost), e.without_noise()));
     let places = || curve.points.iter().filter_map(|p| place(p).map(|at| (p, at)));
     let seen = |v: f64| v > 0.0 && v.is_finite();
     let across = log_range(places().map(|(_, (ms, _))| ms));
@@ -178,7 +178,10 @@ pub fn curve(
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
-            .x_desc("ms a frame")
+            .x_desc(match curve.cost {
+                Cost::Wall => "ms a frame",
+                Cost::Processor => "processor ms a frame",
+            })
             .y_desc("relMSE")
             .y_label_formatter(&|v| format!("{v:.0e}"))
             .label_style((FONT, 14))

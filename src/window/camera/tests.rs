@@ -177,3 +177,33 @@ fn put_elsewhere_it_shows_that_view_and_still_knows_the_way_home() {
     fly.reset();
     assert_eq!(fly.camera(), elsewhere);
 }
+
+#[test]
+fn sticks_ask_for_parts_of_the_speed_and_turn_the_view() {
+    let lean = |way, turn| {
+        let mut fly = level();
+        fly.lean(Lean { way, turn });
+        assert!(fly.is_moving());
+        fly.step(LONG);
+        fly
+    };
+    let half = lean(0.5 * DVec3::Z, [0.0; 2]);
+    assert!((half.velocity - 0.5 * FIRST_SPEED * DVec3::NEG_Z).length() < 1e-9);
+    // With a key that asks for the same there is no more than all of the speed.
+    let mut both = lean(DVec3::Z, [0.0; 2]);
+    both.push(Push::Forward, true);
+    both.step(LONG);
+    assert!((both.velocity.length() - FIRST_SPEED).abs() < 1e-9);
+    let mut turned = level();
+    turned.lean(Lean { way: DVec3::ZERO, turn: [0.5, 0.25] });
+    turned.step(0.1);
+    let view = Angles::of(turned.camera().basis().forward);
+    // To the right and up, from north.
+    assert!((view.azimuth - 0.05 * TURN).abs() < 1e-6, "{view:?}");
+    assert!((view.elevation - 0.025 * TURN).abs() < 1e-6, "{view:?}");
+    turned.release();
+    assert!(!turned.is_moving(), "another window has the pad");
+    let mut broken = level();
+    broken.lean(Lean { way: DVec3::NAN, turn: [0.0; 2] });
+    assert!(!broken.is_moving());
+}

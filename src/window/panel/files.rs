@@ -16,7 +16,7 @@ pub(super) fn files(ui: &mut Ui, session: &mut Session, report: &Report) {
     });
     let shown = report.file.as_ref().map_or("built-in".to_owned(), |f| f.display().to_string());
     ComboBox::from_label("scene").selected_text(shown).width(180.0).show_ui(ui, |ui| {
-        for path in &report.scenes {
+        for path in &report.found.scenes {
             let is_it = report.file.as_ref() == Some(path);
             if ui.selectable_label(is_it, path.display().to_string()).clicked() {
                 session.wishes.push(Wish::Open(path.clone()));

@@ -2,14 +2,17 @@
 
 use std::collections::VecDeque;
 
-use egui::{Grid, Label, Ui};
-use egui_plot::{Legend, Line, Plot, PlotPoints};
+use egui::ecolor::Hsva;
+use egui::{Color32, Grid, Label, RichText, Ui};
+use egui_plot::{Line, Plot, PlotPoints};
 
 use super::Report;
 use crate::frame::{FrameStats, Pass};
 
 /// Width and height of the plot, points.
 const PLOT: [f32; 2] = [300.0, 150.0];
+/// Width of a pass's reason, points: with name and time as wide as the plot.
+const REASON: f32 = 150.0;
 /// Pictures that the plot shows.
 const SHOWN: usize = 200;
 
@@ -54,7 +57,6 @@ fn plot(ui: &mut Ui, history: &History) {
     Plot::new("passes over time")
         .height(PLOT[1])
         .width(PLOT[0])
-        .legend(Legend::default())
         .include_y(0.0)
         .allow_drag(false)
         .allow_zoom(false)
@@ -64,22 +66,34 @@ fn plot(ui: &mut Ui, history: &History) {
         .y_axis_label("ms")
         .show(ui, |plot| {
             for (index, pass) in Pass::ALL.into_iter().enumerate() {
-                plot.line(Line::new(pass.name(), PlotPoints::from(history.line(index))));
+                let points = PlotPoints::from(history.line(index));
+                plot.line(Line::new(pass.name(), points).color(colour(index)));
             }
         });
+}
+
+/// The colour of a pass, in plot and table. Each is a turn by the golden ratio from the one before, so
+/// that neighbours differ.
+fn colour(pass: usize) -> Color32 {
+    let hue = (pass as f32 * std::f32::consts::GOLDEN_RATIO).fract();
+    Hsva::new(hue, 0.6, 0.95, 1.0).into()
 }
 
 fn passes(ui: &mut Ui, stats: &FrameStats) {
     Grid::new("passes").striped(true).show(ui, |ui| {
         for pass in &stats.passes {
-            ui.label(&pass.name);
+            let index = Pass::ALL.iter().position(|p| p.name() == pass.name).unwrap_or(0);
+            ui.label(RichText::new(&pass.name).color(colour(index)));
             ui.label(match pass.milliseconds {
                 Some(ms) => format!("{ms:.2} ms"),
                 None if pass.ran => "ran".to_owned(),
                 None => "skipped".to_owned(),
             });
             // The panel is no wider for a long reason.
-            ui.add(Label::new(&pass.reason).truncate()).on_hover_text(&pass.reason);
+            ui.vertical(|ui| {
+                ui.set_max_width(REASON);
+                ui.add(Label::new(&pass.reason).wrap());
+            });
             ui.end_row();
         }
     });

@@ -1,11 +1,10 @@
-//! Views of the insides, and the reference.
+//! Views of the insides.
 
-use egui::{Grid, Slider, Ui};
+use egui::Ui;
 
 use super::Report;
 use crate::window::session::Session;
 use crate::window::studio::Inside;
-use crate::window::truth::Beside;
 
 /// Which view is shown in place of the picture.
 pub(super) fn insides(ui: &mut Ui, session: &mut Session, report: &Report) {
@@ -16,49 +15,4 @@ pub(super) fn insides(ui: &mut Ui, session: &mut Session, report: &Report) {
     if let Some(legend) = &report.legend {
         ui.weak(legend);
     }
-}
-
-/// The path-traced reference of the view, and how far the frame is from it.
-pub(super) fn reference(ui: &mut Ui, session: &mut Session, report: &Report) {
-    let compare = &mut session.compare;
-    ui.checkbox(&mut compare.wanted, "the path-traced reference beside the frame");
-    if !compare.wanted {
-        return;
-    }
-    let running = session.clock.running && session.scene.clouds.is_some();
-    if running {
-        ui.label("time runs: a reference needs a view at rest");
-        if ui.button("Pause").clicked() {
-            session.clock.running = false;
-        }
-        return;
-    }
-    for (beside, name) in [
-        (Beside::Reference, "reference"),
-        (Beside::Difference, "where the frame is brighter (red) or darker (blue)"),
-        (Beside::Flip, "how different it looks (FLIP)"),
-    ] {
-        ui.radio_value(&mut compare.beside, beside, name);
-    }
-    ui.add(Slider::new(&mut compare.split, 0.0..=1.0).show_value(false).text("frame | beside"));
-    let scale = Slider::new(&mut compare.scale, 0.05..=1.0).step_by(0.05);
-    ui.add(scale.text("resolution of the comparison"));
-    ui.label(format!("{} paths a pixel", report.samples));
-    let Some(figures) = &report.figures else { return };
-    let percent =
-        |share: Option<f64>| share.map_or("-".to_owned(), |s| format!("{:+.2} %", 100.0 * s));
-    let number = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.4}"));
-    Grid::new("figures").show(ui, |ui| {
-        for (name, value) in [
-            ("bias", percent(figures.bias)),
-            ("relMSE", number(figures.rel_mse)),
-            ("of noise", number(figures.rel_mse_of_noise)),
-            ("PSNR", figures.psnr.map_or("-".to_owned(), |v| format!("{v:.1} dB"))),
-            ("FLIP", number(Some(figures.flip))),
-        ] {
-            ui.label(name);
-            ui.label(value);
-            ui.end_row();
-        }
-    });
 }

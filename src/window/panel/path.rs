@@ -42,7 +42,7 @@ pub(super) fn path(ui: &mut Ui, session: &mut Session, report: &Report) {
         }
     });
     ComboBox::from_label("a file").selected_text("choose").show_ui(ui, |ui| {
-        for path in &report.paths {
+        for path in &report.found.paths {
             if ui.selectable_label(false, path.display().to_string()).clicked() {
                 session.wishes.push(Wish::Open(path.clone()));
             }

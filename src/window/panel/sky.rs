@@ -12,10 +12,12 @@ const PLAIN_SKY: f64 = 0.05;
 /// Day and place of the sun.
 pub(super) fn sun(ui: &mut Ui, session: &mut Session) {
     let mut day = session.day();
-    ui.add(Slider::new(&mut day.hour, 0.0..=24.0).suffix(" h").text("time of day"));
+    let hour = Slider::new(&mut day.hour, 0.0..=24.0).custom_formatter(short);
+    ui.add(hour.suffix(" h").text("time of day"));
     ui.collapsing("season and place", |ui| {
         ui.add(Slider::new(&mut day.day, 1.0..=365.0).integer().text("day of the year"));
-        ui.add(Slider::new(&mut day.latitude, -90.0..=90.0).suffix("°").text("latitude"));
+        let latitude = Slider::new(&mut day.latitude, -90.0..=90.0).custom_formatter(short);
+        ui.add(latitude.suffix("°").text("latitude"));
     });
     session.set_day(day);
     let mut sun = session.sun();
@@ -101,4 +103,9 @@ fn ground(ui: &mut Ui, ground: &mut Option<Ground>, start: Option<Ground>) {
 /// Values of a file beyond the slider's range stay as they are until they are touched.
 pub(super) fn lenient(slider: Slider<'_>) -> Slider<'_> {
     slider.clamping(egui::SliderClamping::Edits)
+}
+
+/// Few digits, where the value has more: a slider with few decimals would round it untouched.
+fn short(value: f64, _: std::ops::RangeInclusive<usize>) -> String {
+    format!("{value:.2}")
 }

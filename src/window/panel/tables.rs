@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use egui::{Color32, ColorImage, Id, TextureHandle, TextureOptions, Ui};
+use egui::{Color32, ColorImage, Grid, Id, TextureHandle, TextureOptions, Ui};
 use glam::DVec3;
 
 use super::Report;
@@ -10,6 +10,8 @@ use crate::tables::TableSet;
 
 /// Side of a picture, pixels.
 const SIDE: usize = 96;
+/// Pictures beside each other: as many as the panel is wide for at first.
+const COLUMNS: usize = 3;
 /// Optical depth at density 1 through the middle of the shapes that are shown.
 const DEPTH: f64 = 5.0;
 /// Optical radii of the lit spheres.
@@ -38,14 +40,18 @@ pub(super) fn tables(ui: &mut Ui, report: &Report) {
         made
     });
     ui.weak(
-        "transmittance of each shape by its table; spheres lit from the left, order 2 and more",
+        "transmittance of each shape by its table at optical depth 5; spheres lit from the left, by \
+         medium and optical radius, order 2 and more",
     );
-    ui.horizontal_wrapped(|ui| {
-        for (name, texture) in &made.pictures {
-            ui.vertical(|ui| {
-                ui.image(texture);
-                ui.label(name);
-            });
+    Grid::new("tables").show(ui, |ui| {
+        for row in made.pictures.chunks(COLUMNS) {
+            for (name, texture) in row {
+                ui.vertical(|ui| {
+                    ui.image(texture);
+                    ui.label(name);
+                });
+            }
+            ui.end_row();
         }
     });
 }

@@ -70,6 +70,7 @@ fn session() -> Session {
     session.resolution.automatic = false;
     session.unfold = true;
     session.compare.wanted = true;
+    session.help = true;
     session.clock.running = false;
     session.scene.particles.push(ParticleSpec {
         centre: glam::DVec3::new(1.234_567_891_2, -2e9, 3e-7),
@@ -95,7 +96,7 @@ fn showing_it_changes_nothing() {
     for part in [
         "a message",
         "software driver: an adapter",
-        "10.0 pictures/s, 640 x 360",
+        "at rest, 640 x 360 pixels",
         "blend",
         "1.25 ms",
         "skipped",
@@ -112,7 +113,7 @@ fn showing_it_changes_nothing() {
         "Fly along",
         "preset",
         "sunlight at particles",
-        "0 paths a pixel",
+        "waits for the view to rest",
         "fly along the camera path",
         "4321, 0 in view",
         "line 3: a mistake",

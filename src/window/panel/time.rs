@@ -30,19 +30,23 @@ pub(super) fn time(ui: &mut Ui, session: &mut Session) {
     ui.add(lenient(pace.text("pace")));
 }
 
-/// Preset and resolution.
-pub(super) fn quality(ui: &mut Ui, session: &mut Session, report: &Report) {
-    if report.software {
-        ui.label(
-            "A software driver does the work of a graphics card: small pictures, few a second.",
-        );
-    }
+/// The preset.
+pub(super) fn preset(ui: &mut Ui, session: &mut Session) {
     let settings = &mut session.settings;
     ComboBox::from_label("preset").selected_text(settings.preset.name()).show_ui(ui, |ui| {
         for preset in Preset::ALL {
             ui.selectable_value(&mut settings.preset, preset, preset.name());
         }
     });
+}
+
+/// Resolution.
+pub(super) fn quality(ui: &mut Ui, session: &mut Session, report: &Report) {
+    if report.software {
+        ui.label(
+            "A software driver does the work of a graphics card: small pictures, few a second.",
+        );
+    }
     let resolution = &mut session.resolution;
     ui.checkbox(&mut resolution.automatic, "resolution adapts");
     if resolution.automatic {
@@ -54,5 +58,5 @@ pub(super) fn quality(ui: &mut Ui, session: &mut Session, report: &Report) {
         ui.add(lenient(scale.step_by(0.05).text("resolution")));
     }
     ui.checkbox(&mut session.sharp, "sharp when nothing moves");
-    ui.checkbox(&mut settings.time_passes, "time of each pass");
+    ui.checkbox(&mut session.settings.time_passes, "time of each pass");
 }

@@ -21,7 +21,7 @@ pub(super) fn weather(
             if ui.selectable_label(file.is_none(), "none").clicked() {
                 clouds.weather = None;
             }
-            for path in &report.maps {
+            for path in &report.found.maps {
                 let is_it = file.as_ref() == Some(path);
                 if ui.selectable_label(is_it, path.display().to_string()).clicked() {
                     wishes.push(Wish::Open(path.clone()));
@@ -74,8 +74,11 @@ fn channels(ui: &mut Ui, map: &WeatherMap, start: &WeatherMap, wishes: &mut Vec<
         }
     }
     let names: Vec<_> = start.channels.iter().map(|c| name_of(&Channel::ALL, *c)).collect();
-    field::back(ui, &names.join(", "), map.channels != start.channels, || {
-        wanted = Some(start.channels.clone());
+    ui.horizontal(|ui| {
+        ui.label("back to the scene's colours");
+        field::back(ui, &names.join(", "), map.channels != start.channels, || {
+            wanted = Some(start.channels.clone());
+        });
     });
     wishes.extend(wanted.map(Wish::TakeChannels));
 }
