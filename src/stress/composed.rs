@@ -156,9 +156,9 @@ impl Composed<'_> {
         })?;
         let Made { renderer, truncation, halo, .. } = made;
         let (particles, lights) = renderer.particles()?;
-        // Nothing that could be seen: no grid, or that of another frame.
+        // Without a grid nothing could be seen yet, in any frame. That of another frame is met by no ray.
         let nothing = particles.is_empty() && scene.clouds.is_none();
-        let field = if nothing || picture.stats.counters.pixels_shaded == 0 {
+        let field = if nothing || renderer.solved_light().is_none() {
             FieldSeen::new(LightGridUniforms::zeroed(), Vec::new(), DVec3::ZERO)
         } else {
             renderer.field()?
