@@ -59,6 +59,7 @@ const PI: f32 = 3.14159265;
 // Transmittance below which nothing is seen: its logarithm stays finite.
 const DARK: f32 = 1e-30;
 // Octaves of sunlight, and the factor from one to the next on light, optical depth and mean cosine.
+const SCREEN_TILE: u32 = #{SCREEN_TILE}u; // pixels a side that share a list
 const OCTAVES: u32 = 8u;
 const OCTAVE: f32 = 0.5;
 // Gaps between particles that one ray can jump over, at most, besides one a step.
@@ -175,11 +176,11 @@ fn octaves(depth: f32) -> f32 {
 #endif
 
 @compute @workgroup_size(8, 8)
-fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= frame.size) {
         return;
     }
-    let tile = group.y * frame.tiles.x + group.x;
+    let tile = (id.y / SCREEN_TILE) * frame.tiles.x + id.x / SCREEN_TILE;
     list_begin = tile_offsets[tile];
     list_end = min(tile_offsets[tile + 1u], arrayLength(&tile_entries));
     var radiance = vec3(0.0);
@@ -288,7 +289,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         }
         atomicAdd(&counts[0], samples);
         atomicAdd(&counts[1], 1u);
-    } else if all(local.xy == vec2(0u)) {
+    } else if all(id.xy % SCREEN_TILE == vec2(0u)) {
         atomicAdd(&counts[2], 1u);
     }
     let opacity = 1.0 - transmittance;

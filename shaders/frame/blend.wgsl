@@ -32,6 +32,7 @@
 @group(0) @binding(8) var distance_out: texture_storage_2d<r32float, write>;    // m, opacity-weighted
 
 const STEPS: u32 = #{STEPS}u; // bins in a radius
+const SCREEN_TILE: u32 = #{SCREEN_TILE}u; // blocks of pixels a side that share a list
 const BINS: f32 = 8.0;        // of a block
 const FAR: f32 = 1e30;
 // Steps of a block that ends where a smaller particle begins, times their number in a radius, over the way there:
@@ -62,7 +63,7 @@ fn span_of(centre: vec3<f32>, radius: f32, dir: vec3<f32>, far: f32) -> Span {
 }
 
 @compute @workgroup_size(8, 8)
-fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
     // One pixel of the block, or all of them in as many layers.
     let phase_of_block = select(id.z, frame.phase, frame.phase < frame.stride * frame.stride);
     let pixel = id.xy * frame.stride + block_pixel(phase_of_block);
@@ -74,7 +75,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
     var distance_sum = 0.0; // opacity times distance
     var lookups = 0u;
 
-    let tile = group.y * frame.tiles.x + group.x;
+    let tile = (id.y / SCREEN_TILE) * frame.tiles.x + id.x / SCREEN_TILE;
     let end = min(tile_offsets[tile + 1u], arrayLength(&tile_entries));
     var low = tile_offsets[tile]; // the entries before are all passed
     if low < end {
@@ -271,7 +272,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gr
         }
         atomicAdd(&counts[0], lookups);
         atomicAdd(&counts[1], 1u);
-    } else if all(local.xy == vec2(0u)) && id.z == 0u {
+    } else if all(id.xy % SCREEN_TILE == vec2(0u)) && id.z == 0u {
         atomicAdd(&counts[2], 1u);
     }
     let opacity = 1.0 - transmittance;

@@ -14,7 +14,7 @@
 @group(0) @binding(6) var<storage, read_write> visible: array<atomic<u32>>; // a sum: its order cannot matter
 
 const NOT_SEEN: u32 = 0xffffffffu;
-const TILE: f32 = 8.0; // blocks a side
+const TILE: f32 = f32(#{SCREEN_TILE}); // blocks a side
 // A tangent beyond every picture's edge: the widest field of view ends at 115.
 const EVERYTHING: f32 = 1e30;
 

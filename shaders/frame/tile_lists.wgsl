@@ -84,6 +84,23 @@ fn bin_list(tile: vec2<u32>) -> BinList {
     return list;
 }
 
+// Entries that a tile looks at in a turn of its loop, one after the other: some drivers end loops after a
+// number of turns that the bins of a million particles pass (MOST_TURNS in src/frame/tile_lists.rs).
+const TURN_ENTRIES: u32 = 16u;
+
+// 1 where the bin's entry at this place, before its end, touches the tile.
+fn hit(at: u32, end: u32, tile: vec2<u32>) -> u32 {
+    if at >= end {
+        return 0u;
+    }
+    return select(0u, 1u, touches(rectangles[bin_entries[at]], tile, tile + 1u));
+}
+
+// Four of them.
+fn hits(at: u32, end: u32, tile: vec2<u32>) -> u32 {
+    return hit(at, end, tile) + hit(at + 1u, end, tile) + hit(at + 2u, end, tile) + hit(at + 3u, end, tile);
+}
+
 @compute @workgroup_size(8, 8)
 fn count_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= params.tiles) {
@@ -91,10 +108,34 @@ fn count_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let list = bin_list(id.xy);
     var found = 0u;
-    for (var i = list.begin; i < list.end; i++) {
-        found += select(0u, 1u, touches(rectangles[bin_entries[i]], id.xy, id.xy + 1u));
+    for (var i = list.begin; i < list.end; i += TURN_ENTRIES) {
+        found += hits(i, list.end, id.xy) + hits(i + 4u, list.end, id.xy);
+        found += hits(i + 8u, list.end, id.xy) + hits(i + 12u, list.end, id.xy);
     }
     counts[id.y * params.tiles.x + id.x] = found;
+}
+
+// Writes the bin's entry at this place into the tile's list if it touches the tile; returns where the next
+// goes.
+fn write(at: u32, end: u32, tile: vec2<u32>, slot: u32) -> u32 {
+    if at >= end {
+        return slot;
+    }
+    let particle = bin_entries[at];
+    if !touches(rectangles[particle], tile, tile + 1u) {
+        return slot;
+    }
+    if slot < params.tile_capacity {
+        tile_entries[slot] = particle;
+    }
+    return slot + 1u;
+}
+
+fn write_four(at: u32, end: u32, tile: vec2<u32>, slot: u32) -> u32 {
+    let second = write(at, end, tile, slot);
+    let third = write(at + 1u, end, tile, second);
+    let fourth = write(at + 2u, end, tile, third);
+    return write(at + 3u, end, tile, fourth);
 }
 
 // `counts` holds the scanned offsets of the tiles here.
@@ -105,14 +146,11 @@ fn write_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let list = bin_list(id.xy);
     var slot = counts[id.y * params.tiles.x + id.x];
-    for (var i = list.begin; i < list.end; i++) {
-        let particle = bin_entries[i];
-        if touches(rectangles[particle], id.xy, id.xy + 1u) {
-            if slot < params.tile_capacity {
-                tile_entries[slot] = particle;
-            }
-            slot++;
-        }
+    for (var i = list.begin; i < list.end; i += TURN_ENTRIES) {
+        slot = write_four(i, list.end, id.xy, slot);
+        slot = write_four(i + 4u, list.end, id.xy, slot);
+        slot = write_four(i + 8u, list.end, id.xy, slot);
+        slot = write_four(i + 12u, list.end, id.xy, slot);
     }
 }
 

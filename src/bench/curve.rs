@@ -182,7 +182,9 @@ fn renderer_for<'r>(
     let Some((_, subject)) = renderers.iter_mut().find(|(made, _)| shared(made)) else {
         return Err(Error::Failed("no renderer was made".to_owned()));
     };
-    let march = variant.march.map(|march| march_pass(setup.gpu, scene, subject, march));
+    let march = variant
+        .march
+        .map(|march| march_pass(setup.gpu, scene, subject, march, variant.quality.tile));
     let composer = march.transpose()?.map(|march| Box::new(march) as Box<dyn Composer>);
     subject.renderer.compose_with(composer);
     Ok(subject)
@@ -193,10 +195,11 @@ fn march_pass(
     scene: &Scene,
     subject: &Subject,
     settings: MarchSettings,
+    tile: u32,
 ) -> Result<March> {
     let library = ShaderLibrary::new()?;
     let mean_cosine = Truncation::new(&scene.medium.phase).moments[0];
-    March::new(gpu, &library, subject.renderer.layouts(), settings, mean_cosine)
+    March::new(gpu, &library, subject.renderer.layouts(), settings, tile, mean_cosine)
 }
 
 /// The exact picture of what a renderer has just made, or one with the same light.

@@ -14,9 +14,10 @@ use crate::Result;
 use crate::frame::composer::{ComposeInputs, Composer};
 use crate::frame::gpu_data::gpu_struct;
 use crate::frame::plan::Pass;
-use crate::frame::view::SCREEN_TILE;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
 
+/// Sides of a workgroup, pixels; as in the shader.
+const WORKGROUP: u32 = 8;
 /// Steps along a pixel's ray that are measured.
 pub const STEPS: [u32; 5] = [8, 16, 32, 64, 128];
 /// Steps of a pixel's ray for one through each chord of a sun's ray: a chord is a small part of a
@@ -78,19 +79,21 @@ pub struct March {
 }
 
 impl March {
-    /// Compiles it. `layouts`: tables, sky, light field; `mean_cosine`: that of the phase function
-    /// without its forward peak.
+    /// Compiles it. `layouts`: tables, sky, light field; `tile`: sides of the frame's tiles, pixels;
+    /// `mean_cosine`: that of the phase function without its forward peak.
     pub fn new(
         gpu: &Gpu,
         library: &ShaderLibrary,
         layouts: [&wgpu::BindGroupLayout; 3],
         settings: MarchSettings,
+        tile: u32,
         mean_cosine: f64,
     ) -> Result<Self> {
         let file = crate::shader_file!("bench/march.wgsl");
+        let tile = ("SCREEN_TILE", tile);
         let kernel = match settings.light {
-            MarchLight::SunRays => Kernel::new(gpu, library, file, &[], &layouts[..2])?,
-            MarchLight::Frame => Kernel::new(gpu, library, file, &[("LIT", 1)], &layouts)?,
+            MarchLight::SunRays => Kernel::new(gpu, library, file, &[tile], &layouts[..2])?,
+            MarchLight::Frame => Kernel::new(gpu, library, file, &[tile, ("LIT", 1)], &layouts)?,
         };
         let uniforms = MarchUniforms {
             steps: settings.steps,
@@ -151,7 +154,7 @@ impl Composer for March {
         for (index, group) in (1..).zip(shared) {
             pass.set_bind_group(index, *group, &[]);
         }
-        let [columns, rows] = resources.layout.size.map(|s| s.div_ceil(SCREEN_TILE));
+        let [columns, rows] = resources.layout.size.map(|s| s.div_ceil(WORKGROUP));
         pass.dispatch_workgroups(columns, rows, 1);
     }
 }

@@ -19,6 +19,7 @@ enum Name {
     TransmittanceStop,
     ShadowSteps,
     ShadowResolution,
+    TileSize,
     GridFineness,
     GridSlice,
     PixelStride,
@@ -26,11 +27,12 @@ enum Name {
 }
 
 /// Names, what they may be, and whether they are whole numbers.
-const NAMES: [(Name, &str, [f64; 2], bool); 8] = [
+const NAMES: [(Name, &str, [f64; 2], bool); 9] = [
     (Name::Steps, "steps", [1.0, 32.0], true),
     (Name::TransmittanceStop, "transmittance_stop", [1e-6, 0.5], false),
     (Name::ShadowSteps, "shadow_steps", [1.0, 32.0], true),
     (Name::ShadowResolution, "shadow_resolution", [8.0, 2048.0], true),
+    (Name::TileSize, "tile_size", [4.0, 64.0], true),
     (Name::GridFineness, "grid_fineness", [0.25, 2.0], false),
     (Name::GridSlice, "grid_slice", [0.0, 1000.0], true),
     (Name::PixelStride, "pixel_stride", [1.0, 2.0], true),
@@ -104,6 +106,7 @@ impl Variant {
             Name::TransmittanceStop => quality.transmittance_stop = value as f32,
             Name::ShadowSteps => quality.shadow_steps = value as u32,
             Name::ShadowResolution => quality.shadow_resolution = value as u32,
+            Name::TileSize => quality.tile = value as u32,
             Name::GridFineness => quality.grid.fineness = value,
             Name::GridSlice => quality.grid.slice = value as u32,
             Name::PixelStride => quality.pixel_stride = value as u32,
@@ -124,7 +127,7 @@ impl Variant {
 }
 
 /// Numbers that are tried one by one, the others being those of the preset high.
-const KNOBS: [&str; 13] = [
+const KNOBS: [&str; 16] = [
     "steps=2",
     "steps=4",
     "steps=12",
@@ -133,6 +136,9 @@ const KNOBS: [&str; 13] = [
     "shadow_steps=2",
     "shadow_steps=8",
     "shadow_resolution=512",
+    "tile_size=4",
+    "tile_size=16",
+    "tile_size=32",
     "grid_fineness=0.7",
     "grid_fineness=1",
     "pixel_stride=2",

@@ -16,11 +16,15 @@ use crate::stress::large::large;
 use crate::stress::soak::{Moment, STEP, soak};
 use crate::stress::{Case, MEDIA, Row, Stress, random};
 
+/// Most random scenes: they take weeks, and their rows some hundred MiB.
+const MOST_CASES: u64 = 1_000_000;
+
 /// Arguments of `cumuli stress`.
 #[derive(Args, Debug)]
 pub struct StressArgs {
-    /// Random scenes, after all corners
-    #[arg(long, value_name = "N", default_value = "200")]
+    /// Random scenes, after all corners; up to a million
+    #[arg(long, value_name = "N", default_value = "200",
+          value_parser = clap::value_parser!(u64).range(..=MOST_CASES))]
     pub cases: u64,
     /// Another seed draws other scenes
     #[arg(long, value_name = "N", default_value = "0")]
@@ -80,17 +84,21 @@ pub(super) fn run(args: &StressArgs) -> Result<()> {
     named.retain(|case| wanted(&case.name));
     let needs_media = args.cases > 0 || named.iter().any(|c| c.name.contains("albedo"));
     let mut stress = Stress::new(if needs_media { &MEDIA } else { &[] })?;
-    let random = (0..args.cases)
-        .map(|number| random::case(args.seed, number, args.size.0, args.preset, stress.tables()))
-        .filter(|case| wanted(&case.name));
-    let cases: Vec<Case> = named.into_iter().chain(random).collect();
-    if cases.is_empty() {
+    let numbers = (0..args.cases).filter(|number| wanted(&random::name(args.seed, *number)));
+    let numbers: Vec<u64> = numbers.collect();
+    let count = named.len() + numbers.len();
+    if count == 0 {
         return Err(Error::input("--only", "expected a part of the name of a case"));
     }
     print(&head())?;
-    let progress = Progress::new(cases.len() as u64, "cases");
-    let mut rows = Vec::with_capacity(cases.len());
-    for case in &cases {
+    let progress = Progress::new(count as u64, "cases");
+    let mut rows = Vec::with_capacity(count);
+    let draw = |stress: &Stress, number: u64| {
+        random::case(args.seed, number, args.size.0, args.preset, stress.tables())
+    };
+    let orders = named.into_iter().map(Ok).chain(numbers.into_iter().map(Err));
+    for order in orders {
+        let case = &order.unwrap_or_else(|number| draw(&stress, number));
         let (row, picture) = stress.run(case);
         if !(args.quiet && row.passes()) {
             print(&line(&row))?;

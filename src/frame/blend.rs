@@ -1,10 +1,13 @@
 //! Blend: each pixel marches through its tile's particles, near to far, and composes them volume-aware.
 
 use super::picture_lists::PictureLists;
+use super::settings::Quality;
 use super::shadow::ShadowJob;
-use super::view::SCREEN_TILE;
 use crate::Result;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary};
+
+/// Sides of a workgroup, pixels or blocks of them; as in the shader.
+const WORKGROUP: u32 = 8;
 
 /// The pipeline.
 pub struct BlendPass {
@@ -30,34 +33,36 @@ pub struct BlendInputs<'a> {
 }
 
 impl BlendPass {
-    /// Compiles the pass with `steps` steps in a radius; it reads the tables (group 1), the sky (group 2) and the light field (group 3).
+    /// Compiles the pass; it reads the tables (group 1), the sky (group 2) and the light field (group 3).
     pub fn new(
         gpu: &Gpu,
         library: &ShaderLibrary,
-        steps: u32,
+        quality: &Quality,
         groups: &[&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
-        Self::with(gpu, library, &[("STEPS", steps)], groups)
+        Self::with(gpu, library, quality, &[], groups)
     }
 
     /// The same, but it writes the number of its steps and look-ups in place of the clouds' distance.
     pub fn counting(
         gpu: &Gpu,
         library: &ShaderLibrary,
-        steps: u32,
+        quality: &Quality,
         groups: &[&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
-        Self::with(gpu, library, &[("STEPS", steps), ("COUNT_STEPS", 1)], groups)
+        Self::with(gpu, library, quality, &[("COUNT_STEPS", 1)], groups)
     }
 
     fn with(
         gpu: &Gpu,
         library: &ShaderLibrary,
-        defs: &[(&str, u32)],
+        quality: &Quality,
+        more: &[(&str, u32)],
         groups: &[&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
         let file = crate::shader_file!("frame/blend.wgsl");
-        Ok(Self { kernel: Kernel::new(gpu, library, file, defs, groups)? })
+        let defs = [&[("STEPS", quality.steps), ("SCREEN_TILE", quality.tile)], more].concat();
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, groups)? })
     }
 
     /// Binds inputs, and the textures it writes: clouds, distance.
@@ -99,7 +104,7 @@ impl BlendPass {
             pass.set_bind_group(index, group, &[]);
         }
         let [columns, rows, pixels] = blocks;
-        let [width, height] = [columns, rows].map(|s| s.div_ceil(SCREEN_TILE));
+        let [width, height] = [columns, rows].map(|s| s.div_ceil(WORKGROUP));
         pass.dispatch_workgroups(width, height, pixels);
     }
 }

@@ -54,7 +54,7 @@ impl Passes {
                 let light_grid = LightGridPass::new(gpu, library, medium)?;
                 let groups = [tables, sky, light_grid.layout()];
                 let light = LightPass::new(gpu, library, &groups)?;
-                let blend = BlendPass::new(gpu, library, quality.steps, &groups)?;
+                let blend = BlendPass::new(gpu, library, quality, &groups)?;
                 Ok((light_grid, light, blend))
             },
             || -> Result<_> {
@@ -69,7 +69,7 @@ impl Passes {
         Ok(Self {
             rings,
             lists,
-            screen_project: ProjectPass::screen(gpu, library)?,
+            screen_project: ProjectPass::screen(gpu, library, quality.tile)?,
             light_project: ProjectPass::light(gpu, library)?,
             light,
             light_grid,

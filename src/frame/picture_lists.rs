@@ -16,18 +16,24 @@ pub struct ProjectPass {
 }
 
 impl ProjectPass {
-    /// The projection to the screen.
-    pub fn screen(gpu: &Gpu, library: &ShaderLibrary) -> Result<Self> {
-        Self::new(gpu, library, crate::shader_file!("frame/screen_project.wgsl"))
+    /// The projection to the screen, whose tiles are so many blocks of pixels a side.
+    pub fn screen(gpu: &Gpu, library: &ShaderLibrary, tile: u32) -> Result<Self> {
+        let file = crate::shader_file!("frame/screen_project.wgsl");
+        Self::new(gpu, library, file, &[("SCREEN_TILE", tile)])
     }
 
     /// The projection along a light's lines.
     pub fn light(gpu: &Gpu, library: &ShaderLibrary) -> Result<Self> {
-        Self::new(gpu, library, crate::shader_file!("frame/light_project.wgsl"))
+        Self::new(gpu, library, crate::shader_file!("frame/light_project.wgsl"), &[])
     }
 
-    fn new(gpu: &Gpu, library: &ShaderLibrary, file: ShaderFile) -> Result<Self> {
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[])? })
+    fn new(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        file: ShaderFile,
+        defs: &[(&str, u32)],
+    ) -> Result<Self> {
+        Ok(Self { kernel: Kernel::new(gpu, library, file, defs, &[])? })
     }
 }
 

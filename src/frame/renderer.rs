@@ -234,6 +234,7 @@ impl Renderer {
         let layout = Layout {
             size,
             stride: self.stride(),
+            tile: self.quality.tile,
             columns,
             light_tiles: key.light.tiles,
             capacities: self.capacities,

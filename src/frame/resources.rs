@@ -10,7 +10,6 @@ use super::rings::{RingJob, particle_count_buffer};
 use super::shadow::ShadowJob;
 use super::targets::Targets;
 use super::tile_lists::ListSize;
-use super::view::SCREEN_TILE;
 use crate::gpu::{Gpu, buffers};
 
 /// Entries of one picture's lists.
@@ -40,6 +39,8 @@ pub struct Layout {
     pub size: [u32; 2],
     /// Sides of a block of pixels.
     pub stride: u32,
+    /// Sides of a tile of blocks.
+    pub tile: u32,
     /// Columns of cells in the cloud field; 0 without one.
     pub columns: u32,
     /// Tiles of the sun's picture.
@@ -51,7 +52,7 @@ pub struct Layout {
 impl Layout {
     /// Screen tiles.
     pub fn tiles(&self) -> [u32; 2] {
-        self.size.map(|s| s.div_ceil(self.stride).div_ceil(SCREEN_TILE))
+        self.size.map(|s| s.div_ceil(self.stride).div_ceil(self.tile))
     }
 }
 

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::light_grid::GridSettings;
+use super::view::SCREEN_TILE;
 
 /// Quality against time, from first looks to pictures for print.
 #[derive(
@@ -103,6 +104,9 @@ pub struct Quality {
     pub shadow_steps: u32,
     /// Sides of a block of pixels, of which a frame that follows another shades one: 1 or 2.
     pub pixel_stride: u32,
+    /// Sides of a tile of the screen, which has one list of particles, in blocks of pixels: long lists on
+    /// the one hand, many on the other.
+    pub tile: u32,
     /// Texels a side of the deep shadow maps.
     pub shadow_resolution: u32,
     /// The light grid.
@@ -130,6 +134,7 @@ impl Preset {
                 transmittance_stop: 0.02,
                 shadow_steps: 2,
                 pixel_stride: 1,
+                tile: SCREEN_TILE,
                 shadow_resolution: 96,
                 grid: GridSettings { fineness: 0.5, turns: [9, 5], slice: 0, draft: false },
             },
@@ -138,6 +143,7 @@ impl Preset {
                 transmittance_stop: 0.01,
                 shadow_steps: 3,
                 pixel_stride: 1,
+                tile: SCREEN_TILE,
                 shadow_resolution: 160,
                 grid: GridSettings { fineness: 0.8, turns: [9, 5], slice: 0, draft: false },
             },
@@ -146,6 +152,7 @@ impl Preset {
                 transmittance_stop: 0.004,
                 shadow_steps: 4,
                 pixel_stride: 1,
+                tile: SCREEN_TILE,
                 shadow_resolution: 256,
                 grid: GridSettings { fineness: 1.4, turns: [9, 5], slice: 0, draft: false },
             },
@@ -154,6 +161,7 @@ impl Preset {
                 transmittance_stop: 0.0005,
                 shadow_steps: 6,
                 pixel_stride: 1,
+                tile: SCREEN_TILE,
                 shadow_resolution: 512,
                 grid: GridSettings { fineness: 1.85, turns: [17, 9], slice: 0, draft: false },
             },

@@ -8,7 +8,7 @@ use super::picture::{Counters, PassTime};
 use super::plan::{FramePlan, Pass};
 use super::resources::{BLEND_COUNTS, Capacities, ListCapacity, Resources};
 use super::shadow::ShadowJob;
-use super::tile_lists::{LENGTHS, MOST_TURNS};
+use super::tile_lists::{LENGTHS, MOST_TURNS, TURN_ENTRIES};
 use crate::gpu::{Gpu, buffers};
 use crate::{Error, Result};
 
@@ -240,9 +240,10 @@ impl Counts {
     /// Rays and sums of the light grid that were cut, and lists that pass what a software driver walks: those of bins by the passes that
     /// make the tiles' from them, those of the sun's tiles by the light.
     pub fn cut(&self, is_software: bool) -> u64 {
-        let lists = [self.longest[0][1], self.longest[1][1], self.longest[1][0]];
+        let [[_, screen_bin], [sun_tile, sun_bin]] = self.longest;
         // The light looks at other things in a few turns besides.
-        let too_long = lists.iter().filter(|length| **length > MOST_TURNS - OTHER_TURNS).count();
+        let turns = [screen_bin.div_ceil(TURN_ENTRIES), sun_bin.div_ceil(TURN_ENTRIES), sun_tile];
+        let too_long = turns.iter().filter(|turns| **turns > MOST_TURNS - OTHER_TURNS).count();
         let lists = if is_software { too_long as u64 } else { 0 };
         self.cut.iter().map(|rays| u64::from(*rays)).sum::<u64>() + lists
     }

@@ -14,6 +14,8 @@ const CHUNK: u32 = 256;
 const MOST_COUNTS: u32 = 4_000_000;
 /// Turns after which lavapipe (Mesa 22.3) ends all loops of an invocation, without a word.
 pub const MOST_TURNS: u32 = 65_535;
+/// Entries of a bin that a tile looks at in a turn; as in the shader.
+pub const TURN_ENTRIES: u32 = 16;
 /// Invocations of a workgroup in the bin passes; as in the shader.
 const BIN_WORKGROUP: u32 = 64;
 

@@ -8,7 +8,7 @@ use super::settings::Quality;
 use crate::medium::Truncation;
 use crate::scene::{Camera, Scene, Sky};
 
-/// Side of a screen tile, blocks of pixels: one workgroup of the blend.
+/// Side of a screen tile in all presets, blocks of pixels; `cumuli bench` compares it with others.
 pub const SCREEN_TILE: u32 = 8;
 /// Most tiles a side of a light's picture.
 const MOST_LIGHT_TILES: f64 = 160.0;
@@ -73,7 +73,7 @@ pub fn frame_uniforms(
         forward: four(basis.forward),
         sun: four(scene.sun.direction),
         size,
-        tiles: blocks.map(|s| s.div_ceil(SCREEN_TILE)),
+        tiles: blocks.map(|s| s.div_ceil(quality.tile)),
         camera_altitude: camera.position.y as f32,
         albedo: scene.medium.albedo as f32,
         delta_scale: truncation.scale(scene.medium.albedo) as f32,

@@ -15,11 +15,15 @@ impl<T: Write + Seek> WriteSeek for T {}
 
 /// Writes a file under a temporary name in the same folder and renames it when it is whole. The
 /// folder is made if need be. After an error nothing is left behind, and what stood under the
-/// name before still does.
+/// name before still does. What stands there must be a plain file: a device would be replaced by one.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> Result<()> {
+    check_plain(path)?;
+    // A link stays one.
+    let linked = path.is_symlink().then(|| std::fs::canonicalize(path).ok()).flatten();
+    let path = linked.as_deref().unwrap_or(path);
     let folder = folder_of(path);
     std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create the folder", e))?;
     let refuse = |e| Error::io(path, "write", e);
@@ -43,6 +47,17 @@ pub fn write_atomically(
     file.as_file().sync_all().map_err(refuse)?;
     file.persist(path).map_err(|e| refuse(e.error))?;
     Ok(())
+}
+
+/// Refuses to replace what is there and is no plain file.
+pub(super) fn check_plain(path: &Path) -> Result<()> {
+    match std::fs::metadata(path) {
+        Ok(there) if !there.is_file() => {
+            let told = "is not a plain file, expected the name of one or of a new file";
+            Err(Error::input(path.display().to_string(), told))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Removes what killed runs left of writing `path`. Files of living writers are left alone.
@@ -100,6 +115,25 @@ mod tests {
         assert!(message.contains("a.bin") && message.contains("disk full"), "{message}");
         assert_eq!(std::fs::read(&path).expect("readable"), b"old");
         assert_eq!(names(dir.path()), ["a.bin"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn only_plain_files_are_replaced_and_links_stay() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let (socket, link) = (dir.path().join("socket"), dir.path().join("link"));
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).expect("a socket");
+        let refused = write_atomically(&socket, |out| out.write_all(b"x"));
+        let message = refused.expect_err("no plain file").to_string();
+        assert!(message.contains("socket: is not a plain file"), "{message}");
+        assert!(crate::output::check_file(&socket).is_err());
+
+        let target = dir.path().join("target");
+        write_atomically(&target, |out| out.write_all(b"old")).expect("written");
+        std::os::unix::fs::symlink(&target, &link).expect("a link");
+        write_atomically(&link, |out| out.write_all(b"new")).expect("written");
+        assert!(link.is_symlink());
+        assert_eq!(std::fs::read(&target).expect("readable"), b"new");
     }
 
     #[cfg(unix)]

@@ -111,17 +111,24 @@ pub fn check_file(path: &Path) -> Result<()> {
     if path.is_dir() {
         return Err(Error::input(path.display().to_string(), "is a folder, expected a file name"));
     }
+    atomic::check_plain(path)?;
     path.parent().map_or(Ok(()), check_folder)
 }
 
-/// Refuses a path that can't become a folder: it, or what should contain it, is a file.
+/// Refuses a path that can't become a folder that files are written into: it, or what should contain it, is a file,
+/// or nothing can be written there.
 pub fn check_folder(path: &Path) -> Result<()> {
     let existing = path.ancestors().find(|p| !p.as_os_str().is_empty() && p.exists());
     match existing {
         Some(file) if !file.is_dir() => {
             Err(Error::input(file.display().to_string(), "is a file, expected a folder"))
         }
-        _ => Ok(()),
+        // What can't be written shall not be computed first.
+        _ => {
+            let folder = existing.unwrap_or(Path::new("."));
+            let probe = tempfile::tempfile_in(folder);
+            probe.map(|_| ()).map_err(|e| Error::io(folder, "write into", e))
+        }
     }
 }
 

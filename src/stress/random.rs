@@ -25,6 +25,11 @@ struct Draw<'a> {
     tables: &'a TableSet,
 }
 
+/// Name of a random scene.
+pub fn name(seed: u64, number: u64) -> String {
+    format!("random {seed}:{number}")
+}
+
 /// The random scene of this seed and number; of a random quality where none is given.
 pub fn case(
     seed: u64,
@@ -45,7 +50,7 @@ pub fn case(
     let mut ways = Random::new(seed, 3, number / SAME_WAY);
     let way = if ways.unit() * LIVE < 1.0 { Way::Live } else { Way::Alone };
     let like = None;
-    Case { name: format!("random {seed}:{number}"), scene, time, size, preset, way, like }
+    Case { name: name(seed, number), scene, time, size, preset, way, like }
 }
 
 impl Draw<'_> {

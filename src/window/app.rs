@@ -74,6 +74,8 @@ pub(super) struct App {
     last_loss: Option<Instant>,
     /// What the times that resolution adapts to were measured with.
     preset: Preset,
+    /// Whether the window is minimised, as the last look at it told.
+    pub(super) hidden: bool,
     /// Since when nothing moves.
     resting_since: Option<Instant>,
     /// When the window wants to be painted again.
@@ -117,6 +119,7 @@ impl App {
             last_frame: None,
             last_picture: None,
             last_loss: None,
+            hidden: false,
             resting_since: None,
             preset: Preset::default(),
             repaint_at: None,
@@ -164,8 +167,9 @@ impl App {
     pub fn redraw(&mut self) -> Result<()> {
         let Some(window) = self.window.clone() else { return Ok(()) };
         let size: [u32; 2] = window.inner_size().into();
-        if size.contains(&0) {
-            // Minimised: an event tells when there is something to show again.
+        self.hidden = size.contains(&0) || window.is_minimized() == Some(true);
+        if self.hidden {
+            // Nothing is made that nobody sees, and the time of the flight stands.
             self.last_frame = None;
             return Ok(());
         }

@@ -122,17 +122,23 @@ impl ApplicationHandler<Replied> for App {
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         let now = Instant::now();
         // While a picture is made its reply is waited for: time goes on with it.
-        let moves = self.session.is_lively() && !self.is_busy();
+        let moves = self.session.is_lively() && !self.is_busy() && !self.hidden;
+        // Not every window system tells when a window is shown again.
+        if self.hidden && self.look_at <= now {
+            self.request_redraw();
+        }
         if moves || self.repaint_at.is_some_and(|at| at <= now) {
             self.repaint_at = None;
             self.request_redraw();
         }
         let watching = self.is_watching();
-        if watching && self.look_at <= now {
+        if (watching || self.hidden) && self.look_at <= now {
             self.look_at = now + LOOK_INTERVAL;
-            self.look_at_files();
+            if watching {
+                self.look_at_files();
+            }
         }
-        let look_at = watching.then_some(self.look_at);
+        let look_at = (watching || self.hidden).then_some(self.look_at);
         let next = [self.repaint_at, look_at].into_iter().flatten().min();
         event_loop.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }

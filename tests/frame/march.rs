@@ -2,6 +2,7 @@
 
 use cumuli::bench::march::twin::MarchTwin;
 use cumuli::bench::march::{March, MarchLight, MarchSettings};
+use cumuli::frame::view::SCREEN_TILE;
 use cumuli::frame::{Picture, Preset, Renderer};
 use cumuli::gpu::ShaderLibrary;
 use cumuli::medium::Truncation;
@@ -62,7 +63,7 @@ impl Marched {
         let mean_cosine = Truncation::new(&self.1.medium.phase).moments[0];
         let composer = march.map(|settings| {
             let layouts = self.0.layouts();
-            let march = March::new(&GPU, &library, layouts, settings, mean_cosine);
+            let march = March::new(&GPU, &library, layouts, settings, SCREEN_TILE, mean_cosine);
             Box::new(march.expect("a marcher")) as _
         });
         self.0.compose_with(composer);

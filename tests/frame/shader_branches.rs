@@ -200,7 +200,8 @@ fn no_branch_depends_on_uniforms_alone() {
                 continue;
             }
             for def in ["LIT", "ABSORBING"] {
-                let composed = library.compose(&name, &text, &[("STEPS", 4), (def, 1)]);
+                let composed =
+                    library.compose(&name, &text, &[("STEPS", 4), ("SCREEN_TILE", 8), (def, 1)]);
                 let composed = composed.unwrap_or_else(|e| panic!("{name}: {e}"));
                 kernels += composed.entry_points.len();
                 found.extend(

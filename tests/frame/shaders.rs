@@ -34,7 +34,7 @@ fn all_files_compose_and_validate() {
             Some(module) => format!("#import {module}\n@compute @workgroup_size(1) fn main() {{}}"),
             None => text,
         };
-        let composed = library.compose(&name, &text, &[("STEPS", 4)]);
+        let composed = library.compose(&name, &text, &[("STEPS", 4), ("SCREEN_TILE", 8)]);
         let composed = composed.unwrap_or_else(|e| panic!("{name}: {e}"));
         // No capability beyond WebGPU's core, which has f16 packed in u32.
         let core = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
@@ -61,7 +61,8 @@ fn uniform_buffers_are_few() {
         if text.contains("#define_import_path ") {
             continue;
         }
-        let composed = library.compose(&name, &text, &[("STEPS", 4), ("LIT", 1)]);
+        let composed =
+            library.compose(&name, &text, &[("STEPS", 4), ("SCREEN_TILE", 8), ("LIT", 1)]);
         let composed = composed.unwrap_or_else(|e| panic!("{name}: {e}"));
         let core = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
         let mut validator = Validator::new(ValidationFlags::all(), core);

@@ -97,7 +97,7 @@ impl Population {
 
     /// The screen's lists, and the particles in view near to far.
     pub fn screen(&self, frame: &FrameUniforms) -> (PictureLists, Vec<u32>) {
-        let project = ProjectPass::screen(gpu(), library()).expect("the projection");
+        let project = ProjectPass::screen(gpu(), library(), SCREEN_TILE).expect("the projection");
         let how = Projection::Screen { visible: &self.visible };
         let lists = self.lists(&project, frame.tiles, &how);
         let visible = gpu().read_buffer::<u32>(&self.visible, 1).expect("a count")[0];

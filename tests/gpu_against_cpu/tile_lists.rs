@@ -105,6 +105,12 @@ fn many_bins_get_long_chunks() {
     check(&Case::new([1024, 1024], 70_000, 3, &mut Random(62)), 70_000);
 }
 
+#[test]
+fn bins_may_hold_more_than_a_driver_takes_turns() {
+    // Of 150,000 particles 133,000 are in the one bin.
+    check(&Case::new([8, 8], 150_000, 2, &mut Random(63)), 150_000);
+}
+
 /// Entries of all bins of 8 x 8 tiles.
 fn bin_entries(case: &Case) -> usize {
     let bins = case.tiles.map(|t| t.div_ceil(8));

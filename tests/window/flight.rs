@@ -138,6 +138,16 @@ impl Flight {
         until("the program ends", || self.child.try_wait().expect("a state")).code()
     }
 
+    /// Processor time that it has taken so far, of all its threads.
+    pub fn processor_time(&self) -> Duration {
+        // proc(5): the 14th and 15th words, in clock ticks, of which Linux has 100 a second.
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id()));
+        let stat = stat.expect("it runs");
+        let after_name = stat.rsplit(')').next().expect("words").split_whitespace();
+        let ticks = after_name.skip(11).take(2).map(|word| word.parse::<u64>().expect("ticks"));
+        Duration::from_millis(10 * ticks.sum::<u64>())
+    }
+
     /// Whether it is still there.
     pub fn is_alive(&mut self) -> bool {
         self.child.try_wait().expect("a state").is_none()

@@ -9,6 +9,7 @@ mod drop;
 mod files;
 mod flight;
 mod maps;
+mod minimised;
 mod surfaces;
 mod views;
 

@@ -7,7 +7,6 @@ use crate::frame::composer::Composer;
 use crate::frame::cpu::light_grid::FieldSeen;
 use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight};
 use crate::frame::light_grid::{GridSettings, LightGrid};
-use crate::frame::view::SCREEN_TILE;
 use crate::scene::Scene;
 use crate::{Error, Result};
 
@@ -48,7 +47,7 @@ impl Renderer {
 
     /// Sides of those tiles, pixels.
     pub fn tile_side(&self) -> u32 {
-        SCREEN_TILE * self.stride()
+        self.quality.tile * self.stride()
     }
 
     /// Opacity-weighted distance of the clouds in every pixel of the last frame (m), read back; 0

@@ -1,6 +1,7 @@
 //! The blend, with the number of its steps and look-ups in place of the clouds' distance.
 
 use crate::Result;
+use crate::frame::Quality;
 use crate::frame::blend::{BlendInputs, BlendPass};
 use crate::frame::composer::{ComposeInputs, Composer};
 use crate::frame::plan::Pass;
@@ -12,10 +13,10 @@ pub(super) struct StepCounter {
 }
 
 impl StepCounter {
-    /// Compiles it with `steps` steps in a radius. `layouts`: tables, sky, light field.
-    pub fn new(gpu: &Gpu, steps: u32, layouts: [&wgpu::BindGroupLayout; 3]) -> Result<Self> {
+    /// Compiles it. `layouts`: tables, sky, light field.
+    pub fn new(gpu: &Gpu, quality: &Quality, layouts: [&wgpu::BindGroupLayout; 3]) -> Result<Self> {
         let library = ShaderLibrary::new()?;
-        Ok(Self { blend: BlendPass::counting(gpu, &library, steps, &layouts)? })
+        Ok(Self { blend: BlendPass::counting(gpu, &library, quality, &layouts)? })
     }
 }
 

@@ -90,8 +90,8 @@ impl Clouds {
     fn compose(&mut self, gpu: &Gpu, inside: Option<Inside>) -> Result<()> {
         let counting = inside == Some(Inside::Steps);
         if counting != self.counting {
-            let steps = self.settings.quality().steps;
-            let counter = |layouts| StepCounter::new(gpu, steps, layouts);
+            let quality = self.settings.quality();
+            let counter = |layouts| StepCounter::new(gpu, &quality, layouts);
             let composer = counting.then(|| counter(self.renderer.layouts())).transpose()?;
             self.renderer.compose_with(composer.map(|c| Box::new(c) as Box<dyn Composer>));
             self.counting = counting;

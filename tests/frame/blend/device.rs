@@ -5,6 +5,7 @@ use cumuli::frame::cpu::light_grid::FieldSeen;
 use cumuli::frame::gpu_data::FrameUniforms;
 use cumuli::frame::light_grid::{GridMedium, LightGridPass, Spreads};
 use cumuli::frame::sky::{SkyInputs, SkyKind, SkyPass};
+use cumuli::frame::view::SCREEN_TILE;
 use cumuli::gpu::{Kernel, ShaderLibrary, buffers};
 use cumuli::shader_file;
 use cumuli::tables::TablesGpu;
@@ -32,7 +33,14 @@ impl Device {
         let groups = [tables.layout(), sky.layout(), grid.layout()];
         let kernel = |steps: &u32| {
             let file = shader_file!("frame/blend.wgsl");
-            Kernel::new(&GPU, library, file, &[("STEPS", *steps)], &groups).expect("a kernel")
+            Kernel::new(
+                &GPU,
+                library,
+                file,
+                &[("STEPS", *steps), ("SCREEN_TILE", SCREEN_TILE)],
+                &groups,
+            )
+            .expect("a kernel")
         };
         Self { kernels: steps.iter().map(kernel).collect(), tables, sky, grid }
     }
