@@ -11,6 +11,7 @@ mod shader_branches;
 mod shaders;
 mod slices;
 mod stress;
+mod thick;
 mod tiles;
 
 use std::path::Path;
