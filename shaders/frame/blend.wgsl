@@ -5,15 +5,15 @@
 //
 // Within a bin matter and light are even, but for the light of the sun, whose depth is linear in it:
 // so a bin may be opaque, and a particle smaller than a bin keeps all of its matter. The depth comes
-// from the deep shadow maps (shadow.wgsl). It and the light field are looked up at the ends of pairs of
-// bins and are linear between them.
+// from the deep shadow maps (shadow.wgsl), at the ends of pairs of bins, and is linear between them. The light
+// field is looked up where a pair's light comes from.
 //
 // Workgroup contract: one workgroup owns one tile of 8x8 blocks, one invocation one pixel of a block; it
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight, block_pixel}
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
 #import cumuli::lighting::{mean_sunlight, own_share}
-#import cumuli::numerics::{mean_scatter_fraction, mean_transmittance, unfolded}
+#import cumuli::numerics::{mean_scatter_fraction, mean_transmittance, opacity, unfolded}
 #import cumuli::optical_depth::{copy_for, densities, march_from}
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::quaternion::rotate
@@ -96,8 +96,6 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
         var cursor = 0.0;     // m, everything before it is composed
         // Optical depth since the last place without particles between blocks; gaps within one do not count.
         var since_gap = 0.0;
-        var field = vec4(0.0);
-        var field_at = -1.0;  // m, where `field` is the light field
         // A particle sets the steps in no more blocks than its diameter and the radius before it are
         // long, in the two at its ends, and in one that ends where it begins; and room for what is rounded. The
         // radius: particles come by their nearest points, so that one may be met before a ray is in those after.
@@ -213,11 +211,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
             }
             cut = cut || !(added || entry >= end);
             if matter_sum > 0.0 {
-                if field_at != begin {
-                    field = scattered_light(begin * dir - frame.grid_shift.xyz);
-                }
-                field_at = stop;
-                var near_field = field;
+                var seen = vec4(0.0);
                 var front = sun_depth(begin * dir);
                 var pair_back = front;
                 let last_back = sun_depth(stop * dir);
@@ -238,15 +232,21 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
                         if bin + 2u < u32(BINS) {
                             pair_back = sun_depth(ahead);
                         }
-                        near_field = field;
-                        field = scattered_light(ahead - frame.grid_shift.xyz);
+                        // Two bins see the light field where their light comes from: exact for light that
+                        // changes evenly along the ray, however dense they are.
+                        let next_tau = select(tau_low[i + 1u], tau_high[i + 1u], high);
+                        let near_light = opacity(tau);
+                        let far_light = (1.0 - near_light) * opacity(next_tau);
+                        if near_light + far_light > 0.0 {
+                            let within = (near_light * mean_scatter_fraction(tau) + far_light * (1.0 + mean_scatter_fraction(next_tau))) / (near_light + far_light);
+                            seen = scattered_light((begin + (f32(bin) + within) * step) * dir - frame.grid_shift.xyz);
+                        }
                     }
                     let back = select(pair_back, 0.5 * (front + pair_back), (bin & 1u) == 0u);
                     if tau > 0.0 {
                         let mean = mean_transmittance(tau);
                         let lit = once * select(crowded_low[i], crowded_high[i], high) * mean_sunlight(front, back, tau);
                         let within = mean_scatter_fraction(tau);
-                        let seen = mix(near_field, field, 0.5 * (f32(bin & 1u) + within));
                         let weight = transmittance * mean;
                         let own = select(own_low[i], own_high[i], high) * own_share(since_gap, tau, frame.delta_scale);
                         sunlight += weight * (lit + seen.x * select(crowded_low[i], crowded_high[i], high) + own);

@@ -1,11 +1,10 @@
-// Light grid: discrete ordinates on nested grids around the camera. Sunlight is followed through the
-// matter of the cells (light_grid_matter.wgsl); then light is scattered in every cell and swept along
+// Light grid: discrete ordinates on nested grids around the camera. Sunlight is followed from every cell
+// through the matter of the others (light_grid_matter.wgsl); then light is scattered in every cell and swept along
 // twelve directions, in turns, from the coarsest level to the finest. A finer level begins with the
 // light of the coarser and takes from it what flows in at its border.
 // Twin: src/frame/cpu/light_grid.rs, where the method is told.
 //
-// Workgroup contract: `scatter` one invocation a cell, `begin` one a cell and direction. `sunlight` is
-// one workgroup: plane after plane downstream, with a barrier between planes. In `sweep` one
+// Workgroup contract: `sunlight` and `scatter` one invocation a cell, `begin` one a cell and direction. In `sweep` one
 // invocation owns one slanted plane of cells along one direction, every cell is in one of them, and
 // light that leaves its plane sideways leaves the level: it reads only what it wrote itself, and
 // extinctions and sources, which `sweep` does not write.
@@ -15,7 +14,7 @@
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
 @group(0) @binding(1) var<uniform> stage: GridStage;
 @group(0) @binding(2) var<storage, read> extinction: array<f32>;              // 1/m
-@group(0) @binding(3) var<storage, read_write> sun_transmittance: array<f32>; // where the sun's light enters a cell
+@group(0) @binding(3) var<storage, read_write> sun_mean: array<f32>;       // sunlight, mean over a cell
 // Lights are means over a cell. Behind them, for `sweep`: what flowed out of the cells of a slanted
 // plane in the row before, [direction][cell along the row][slanted plane].
 #ifdef ABSORBING
@@ -30,7 +29,6 @@ const PI: f32 = 3.14159265;
 // Cells within the border of a level where it counts as outside: borders of levels may coincide, and
 // a rounding shall not decide.
 const BORDER: f32 = 1e-3;
-const SUNLIGHT_WORKGROUP: u32 = 128u;
 const SWEEP_WORKGROUP: u32 = 32u;
 
 fn cell_of(index: u32, size: vec3<u32>) -> vec3<u32> {
@@ -99,67 +97,75 @@ fn inflow(inner: u32, direction_index: u32, point: vec3<f32>) -> vec3<f32> {
     return light_from_outside(grid_direction(direction_index));
 }
 
-// Sunlight at a point outside of level `inner`.
-fn sun_inflow(inner: u32, point: vec3<f32>) -> f32 {
-    if inner + 1u < levels() {
-        let outer = grid.level[inner + 1u];
-        let place = grid_place(outer, point);
-        if place.inside {
-            // From where light enters the cell to its middle.
-            let half_way = 0.5 * crossing(-grid.sun.xyz, outer.cell.xyz).path;
-            var sum = 0.0;
-            for (var corner = 0u; corner < 8u; corner++) {
-                let at = grid_index(outer, corner_of(place, corner));
-                sum += corner_weight(place, corner) * sun_transmittance[at] * exp(-half_way * extinction[at]);
+// Optical depth beyond which no sunlight counts: what is left rounds to nothing in a light of f16.
+const DEEPEST: f32 = 20.0;
+// Where a ray never leaves a cell, m.
+const NEVER: f32 = 1e30;
+// Lengths of a ray from fractions of a cell to its borders along each axis, forward; m.
+fn to_borders(fraction: vec3<f32>, rate: vec3<f32>) -> vec3<f32> {
+    let left = select(fraction, 1.0 - fraction, rate > vec3(0.0));
+    return select(vec3(NEVER), left / abs(rate), abs(rate) > vec3(1.0 / NEVER));
+}
+
+fn least(v: vec3<f32>) -> f32 {
+    return min(v.x, min(v.y, v.z));
+}
+
+// Optical depth towards the sun from where a ray through the middle of a cell leaves it: from cell to cell
+// (Amanatides and Woo 1987), and on through the coarser levels.
+fn sun_depth(inner: u32, own: vec3<u32>) -> f32 {
+    let sun = grid.sun.xyz;
+    let origin = cell_centre(grid.level[inner], vec3<f32>(own));
+    var depth = 0.0;
+    var t = 0.0;
+    for (var l = inner; l < levels(); l++) {
+        let level = grid.level[l];
+        let size = vec3<i32>(level.size.xyz);
+        let rate = sun / level.cell.xyz;
+        let turn = select(vec3(-1), vec3(1), rate > vec3(0.0));
+        let across = to_borders(vec3(0.0), abs(rate));
+        var cell = vec3<i32>(own);
+        var at = vec3(0.5);
+        if t > 0.0 {
+            let place = (origin + t * sun - level.low.xyz) / level.cell.xyz;
+            cell = vec3<i32>(floor(place));
+            at = place - floor(place);
+        }
+        var next = t + to_borders(at, rate);
+        while all(cell >= vec3(0)) && all(cell < size) && depth < DEEPEST {
+            let leave = least(next);
+            // The cell itself is left out.
+            if t > 0.0 {
+                depth += extinction[grid_index(level, vec3<u32>(cell))] * max(leave - t, 0.0);
             }
-            return sum;
+            t = max(t, leave);
+            // One axis at a time: across an edge there is a cell of no length.
+            let x = next.x <= leave;
+            let y = !x && next.y <= leave;
+            let goes = vec3(x, y, !x && !y);
+            cell += select(vec3(0), turn, goes);
+            next += select(vec3(0.0), across, goes);
         }
     }
-    return 1.0;
+    return depth;
 }
 
-fn cell_from(c: Crossing, main: i32, second: i32, third: i32) -> vec3<i32> {
-    var cell = vec3(0);
-    cell[c.main] = main;
-    cell[c.second] = second;
-    cell[c.third] = third;
-    return cell;
-}
-
-// What a cell lets through flows into the four that it faces: no sunlight is lost or made.
-@compute @workgroup_size(128)
-fn sunlight(@builtin(local_invocation_index) local: u32) {
+// Mean over a cell of the sunlight that reaches it through the matter of the cells. Cells without matter are
+// not asked for it, but those by which light falls to the ground.
+@compute @workgroup_size(64)
+fn sunlight(@builtin(global_invocation_id) id: vec3<u32>) {
     let level = grid.level[stage.level];
-    let c = crossing(-grid.sun.xyz, level.cell.xyz);
-    let planes = i32(level.size[c.main]);
-    let width = i32(level.size[c.second]);
-    let count = u32(width) * level.size[c.third];
-    let whole = floor(c.slope);
-    let f = c.slope - whole;
-    for (var p = 0; p < planes; p++) {
-        let main = select(planes - 1 - p, p, c.forward);
-        let before = select(main + 1, main - 1, c.forward);
-        for (var i = local; i < count; i += SUNLIGHT_WORKGROUP) {
-            let second = i32(i) % width;
-            let third = i32(i) / width;
-            let here = grid_index(level, vec3<u32>(cell_from(c, main, second, third)));
-            var light = 0.0;
-            for (var tap = 0u; tap < 4u; tap++) {
-                let weight = select(1.0 - f.x, f.x, (tap & 1u) != 0u) * select(1.0 - f.y, f.y, (tap & 2u) != 0u);
-                let cell = cell_from(c, before, second + i32(whole.x) + i32(tap & 1u), third + i32(whole.y) + i32(tap >> 1u));
-                if all(cell >= vec3(0)) && all(cell < vec3<i32>(level.size.xyz)) {
-                    let there = grid_index(level, vec3<u32>(cell));
-                    light += weight * sun_transmittance[there] * exp(-extinction[there] * c.path);
-                } else if weight > 0.0 {
-                    let face = cell_centre(level, vec3<f32>(cell)) - 0.5 * c.path * grid.sun.xyz;
-                    light += weight * sun_inflow(stage.level, face);
-                }
-            }
-            // Weights that add up to 1 but for rounding, plane after plane.
-            sun_transmittance[here] = min(light, 1.0);
-        }
-        storageBarrier();
+    if id.x >= level.size.x * level.size.y * level.size.z {
+        return;
     }
+    let index = level.size.w + id.x;
+    let cell = cell_of(id.x, level.size.xyz);
+    var reached = 0.0;
+    if extinction[index] > 0.0 || cell.y == 0u {
+        let chord = 2.0 * least(to_borders(vec3(0.5), grid.sun.xyz / level.cell.xyz));
+        reached = exp(-sun_depth(stage.level, cell)) * mean_transmittance(extinction[index] * chord);
+    }
+    sun_mean[index] = reached;
 }
 
 // First light of a level: the coarser level's, or what comes from outside.
@@ -222,8 +228,7 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     var scattered: array<vec3<f32>, DIRECTIONS>;
     var sum = vec3(0.0);
     var kept = vec3(0.0);
-    let sun_tau = extinction[index] * crossing(-grid.sun.xyz, level.cell.xyz).path;
-    let sun = sun_transmittance[index] * mean_transmittance(sun_tau) / (4.0 * PI);
+    let sun = sun_mean[index] / (4.0 * PI);
     for (var axis = 0u; axis < DIRECTIONS / 2u; axis++) {
         let d = grid_direction(2u * axis);
         let same = (1.0 - second) / f32(DIRECTIONS) * total + 0.5 * second * even[axis];

@@ -11,7 +11,7 @@
 #import cumuli::numerics::unfolded
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
-@group(0) @binding(1) var<storage, read> sun_transmittance: array<f32>;
+@group(0) @binding(1) var<storage, read> sun_mean: array<f32>;
 @group(0) @binding(2) var<storage, read> extinction: array<f32>; // 1/m
 #ifdef ABSORBING
 @group(0) @binding(3) var<storage, read> lights: array<vec2<u32>>; // [direction][cell]
@@ -74,7 +74,8 @@ fn fall(@builtin(global_invocation_id) id: vec3<u32>) {
             all += down;
         }
     }
-    let beam = sun_transmittance[at] * exp(-extinction[at] * crossing(-grid.sun.xyz, level.cell.xyz).path);
+    // From the cell's middle.
+    let beam = sun_mean[at] * exp(-0.5 * extinction[at] * crossing(-grid.sun.xyz, level.cell.xyz).path);
     fallen[id.x] = vec4(beam, PI * sum.x / all, sum.y / all, 0.0);
 }
 

@@ -68,6 +68,17 @@ fn all_corners_are_sound() {
 }
 
 #[test]
+fn pictures_narrower_than_a_block_are_compared_in_a_window() {
+    // The last frame there shades pixels outside of the picture, none at all.
+    let narrow = |case: &Case| {
+        ["live: 300 x 1 pixels", "live: 1 x 300 pixels"].contains(&case.name.as_str())
+    };
+    let cases: Vec<_> = corners(SIZE, Preset::Medium).into_iter().filter(narrow).collect();
+    assert_eq!(cases.len(), 2);
+    corners_pass(&cases, Preset::Medium);
+}
+
+#[test]
 fn random_scenes_are_sound() {
     let _turn = alone();
     let mut stress = Stress::new(&[]).expect("a device and tables");

@@ -177,6 +177,17 @@ pub fn compose(pixel: &Pixel<'_>, steps: u32, stop: f64) -> Composed {
     sum
 }
 
+impl Block {
+    /// Place in bins where the light of the pair of bins from this one on comes from.
+    fn light_comes_from(&self, bin: usize) -> f64 {
+        let [near, far] = [bin, bin + 1].map(|i| self.bins[i].tau);
+        let [first, second] = [-(-near).exp_m1(), -(-far).exp_m1() * (-near).exp()];
+        let within =
+            first * mean_scatter_fraction(near) + second * (1.0 + mean_scatter_fraction(far));
+        bin as f64 + within / (first + second)
+    }
+}
+
 fn compose_block(
     ray: &RayLight<'_>,
     block: &Block,
@@ -197,15 +208,14 @@ fn compose_block(
     let (mut sunlight, mut above, mut below) = (0.0, 0.0, 0.0);
     for (i, bin) in block.bins.iter().enumerate().filter(|(_, bin)| bin.tau > 0.0) {
         let opacity = -(-bin.tau).exp_m1();
-        // At the ends of every second bin, linear between them.
+        // The depth at the ends of every second bin, linear between them.
         let ends = [i / 2 * 2, i / 2 * 2 + 2];
         let pair = ends.map(depth);
         let middle = 0.5 * (pair[0] + pair[1]);
         let [front, back] = if i % 2 == 0 { [pair[0], middle] } else { [middle, pair[1]] };
         let lit = once * bin.crowded * mean_sunlight(front, back, bin.tau);
         let within = mean_scatter_fraction(bin.tau);
-        let [near, far] = ends.map(|bins| ray.field.at(place(bins)));
-        let seen = near.lerp(far, 0.5 * ((i % 2) as f64 + within));
+        let seen = ray.field.at((begin + step * block.light_comes_from(i / 2 * 2)) * ray.dir);
         let weight = sum.transmittance * opacity / bin.tau;
         let own = bin.own * own_share(*since_gap, bin.tau, ray.delta_scale);
         *since_gap += bin.tau;

@@ -34,6 +34,7 @@ mod cells;
 mod ground;
 mod matter;
 mod seen;
+mod sunlight;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -46,7 +47,6 @@ use glam::{DVec3, DVec4};
 use half::f16;
 
 use self::cells::{Crossing, cells, centre, corners, index, side};
-use self::sweep::mean_transmittance;
 use crate::frame::gpu_data::{GridLevel, LightGridUniforms, Particle};
 use crate::frame::light_grid::{least_eigenvalue, relaxations};
 
@@ -102,7 +102,7 @@ pub struct GridLight {
     uniforms: LightGridUniforms,
     /// 1/m, of every cell.
     pub extinction: Vec<f64>,
-    /// Of the sun's light, where it enters every cell.
+    /// Sunlight, mean over a cell, where it is asked for: in matter, and in the lowest layer.
     pub sun: Vec<f64>,
     /// By direction and cell, means over the cell.
     pub lights: Vec<CellLight>,
@@ -222,28 +222,12 @@ impl GridLight {
         }
     }
 
-    fn sun_inflow(&self, inner: usize, point: DVec3) -> f64 {
-        if inner + 1 < self.levels() {
-            let outer = self.level(inner + 1);
-            if let Some(corners) = corners(&outer, point) {
-                let half_way = 0.5 * self.sun_path(&outer);
-                let at = |c| {
-                    let at = index(&outer, c);
-                    self.sun[at] * (-half_way * self.extinction[at]).exp()
-                };
-                return corners.iter().map(|(c, w)| w * at(*c)).sum();
-            }
-        }
-        1.0
-    }
-
     fn scatter(&mut self, inner: usize, step: f64, is_last: bool) {
         let level = self.level(inner);
         let all = self.uniforms.cells as usize;
         let moments =
             [f64::from(self.uniforms.moment_first), f64::from(self.uniforms.moment_second)];
         let sun = self.sun_direction();
-        let sun_path = self.sun_path(&level);
         for cell in cells(&level) {
             let at = index(&level, cell);
             let mut scattered = [DVec3::ZERO; DIRECTIONS];
@@ -253,8 +237,7 @@ impl GridLight {
                     let weight = phase(moments, direction(d).dot(direction(e))) / DIRECTIONS as f64;
                     sum += weight * self.lights[e * all + at];
                 }
-                let mean = self.sun[at] * mean_transmittance(self.extinction[at] * sun_path);
-                let once = mean * phase(moments, -direction(d).dot(sun)) / (4.0 * PI);
+                let once = self.sun[at] * phase(moments, -direction(d).dot(sun)) / (4.0 * PI);
                 let once = DVec3::new(once, 0.0, 0.0);
                 let wanted = f64::from(self.uniforms.albedo) * (sum + once);
                 let before = self.sources[d * all + at];

@@ -107,7 +107,7 @@ impl LightGrid {
             }
             if let Some((next, done)) = self.next.take() {
                 let all = next.inputs.steps();
-                work.steps = done..all.min(done.saturating_add(order.slice));
+                work.steps = done..next.inputs.steps_within(done, order.slice);
                 work.progress = [work.steps.end, all];
                 if work.steps.end == all {
                     work.solved = true;

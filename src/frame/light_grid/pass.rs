@@ -180,7 +180,7 @@ impl LightGridPass {
             };
             if turn == 0 {
                 dispatch("begin", groups, DIRECTIONS);
-                dispatch("sunlight", 1, 1);
+                dispatch("sunlight", groups, 1);
             }
             dispatch("scatter", groups, 1);
             dispatch("sweep", planes, DIRECTIONS);

@@ -81,14 +81,6 @@ impl Crossing {
             path: 1.0 / steep[main],
         }
     }
-
-    pub fn cell(&self, main: i64, second: i64, third: i64) -> [i64; 3] {
-        let mut cell = [0; 3];
-        for (axis, at) in self.axes.into_iter().zip([main, second, third]) {
-            cell[axis] = at;
-        }
-        cell
-    }
 }
 
 /// How a direction crosses a level in slanted planes: by linear shares along the rows of a plane, by

@@ -45,7 +45,7 @@ impl GridLight {
             sky += down * light.y;
             sum += down;
         }
-        let beam = self.sun[at] * (-self.extinction[at] * self.sun_path(level)).exp();
+        let beam = self.sun[at] * (-0.5 * self.extinction[at] * self.sun_path(level)).exp();
         Fallen { beam, scattered: PI * scattered / sum, sky: sky / sum }
     }
 

@@ -46,7 +46,8 @@ impl FieldSeen {
     /// Of all levels, at a height in a layer of each or at that of the point (m relative to the anchor).
     fn sum(&self, point: DVec3, layer: Option<f64>) -> DVec4 {
         let (mut sum, mut left) = (DVec4::ZERO, 1.0);
-        let last = self.uniforms.levels as usize - 1;
+        // Without a level there is no light.
+        let Some(last) = (self.uniforms.levels as usize).checked_sub(1) else { return sum };
         for l in 0..=last {
             let level = self.uniforms.level[l];
             let size = DVec3::new(level.size[0].into(), level.size[1].into(), level.size[2].into());

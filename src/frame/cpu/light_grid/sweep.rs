@@ -1,10 +1,9 @@
-//! Sunlight and light along a direction, downstream from cell to cell.
+//! Light along a direction, downstream from cell to cell.
 
 use glam::DVec3;
 
-use super::cells::{Crossing, Slant, Tap, centre, index, side};
+use super::cells::{Slant, Tap, centre};
 use super::{CellLight, GridLight, direction};
-use crate::frame::gpu_data::GridLevel;
 
 /// Optical depth below which differences of exponentials are series.
 const SERIES_BELOW: f64 = 1e-2;
@@ -23,67 +22,6 @@ fn skew(tau: f64) -> f64 {
 }
 
 impl GridLight {
-    /// Calls `f` for every cell in order downstream, with the cells upstream of it and their weights
-    /// (a position outside of the level has no index).
-    fn downstream(
-        level: &GridLevel,
-        crossing: &Crossing,
-        mut f: impl FnMut(usize, &[([i64; 3], Option<usize>, f64)]),
-    ) {
-        let size = crossing.axes.map(|a| i64::from(level.size[a]));
-        let whole = crossing.slope.map(f64::floor);
-        for p in 0..size[0] {
-            let (main, before) =
-                if crossing.forward { (p, p - 1) } else { (size[0] - 1 - p, size[0] - p) };
-            for third in 0..size[2] {
-                for second in 0..size[1] {
-                    let mut taps = Vec::with_capacity(4);
-                    for tap in 0..4i64 {
-                        let up = [tap & 1, tap >> 1];
-                        let mut weight = 1.0;
-                        for axis in 0..2 {
-                            let part = crossing.slope[axis] - whole[axis];
-                            weight *= if up[axis] == 1 { part } else { 1.0 - part };
-                        }
-                        if weight > 0.0 {
-                            let cell = crossing.cell(
-                                before,
-                                second + whole[0] as i64 + up[0],
-                                third + whole[1] as i64 + up[1],
-                            );
-                            let inside =
-                                (0..3).all(|i| cell[i] >= 0 && cell[i] < i64::from(level.size[i]));
-                            let at = inside.then(|| index(level, cell.map(|v| v as usize)));
-                            taps.push((cell, at, weight));
-                        }
-                    }
-                    let here = crossing.cell(main, second, third).map(|v| v as usize);
-                    f(index(level, here), &taps);
-                }
-            }
-        }
-    }
-
-    pub(super) fn sunlight(&mut self, inner: usize) {
-        let level = self.level(inner);
-        let crossing = Crossing::new(-self.sun_direction(), side(&level));
-        Self::downstream(&level, &crossing, |here, taps| {
-            let mut light = 0.0;
-            for (cell, at, weight) in taps {
-                light += weight
-                    * match at {
-                        Some(at) => self.sun[*at] * (-self.extinction[*at] * crossing.path).exp(),
-                        None => {
-                            let upstream = centre(&level, cell.map(|v| v as f64));
-                            let face = upstream - 0.5 * crossing.path * self.sun_direction();
-                            self.sun_inflow(inner, face)
-                        }
-                    };
-            }
-            self.sun[here] = light;
-        });
-    }
-
     /// Source on the face towards two neighbours.
     fn face_source(&self, d: usize, here: usize, taps: &[Tap; 2]) -> CellLight {
         let base = d * self.uniforms.cells as usize;

@@ -77,10 +77,7 @@ fn taken_and_left(grid: &GridLight, leaves: &[super::CellLight; DIRECTIONS]) -> 
     let level = grid.level(0);
     let cell = side(&level);
     let volume = cell.x * cell.y * cell.z;
-    let path = grid.sun_path(&level);
-    let taken: f64 = (grid.sun.iter().zip(&grid.extinction))
-        .map(|(sun, extinction)| -sun * (-extinction * path).exp_m1() * volume / path)
-        .sum();
+    let taken: f64 = grid.sun.iter().zip(&grid.extinction).map(|(sun, e)| sun * e * volume).sum();
     let solid_angle = 4.0 * PI / DIRECTIONS as f64;
     let left = (leaves.iter().enumerate())
         .map(|(d, light)| {
@@ -161,4 +158,71 @@ fn no_light_is_negative_and_none_is_lost() {
     let sum = |of: &[CellLight], axis: usize| -> f64 { of.iter().map(|s| s[axis]).sum() };
     assert!((sum(&result, 0) - sum(&scattered, 0)).abs() < 1e-12);
     assert_eq!((sum(&result, 1), sum(&result, 2)), (0.0, 0.0), "less than nothing is nothing");
+}
+
+/// Sunlight falls off through even matter as it must, on into a coarser level, from wherever the sun shines.
+#[test]
+fn sunlight_falls_off_with_the_way_through_matter() {
+    const EXTINCTION: f64 = 0.01;
+    for sun in [DVec3::Y, DVec3::X, DVec3::new(0.48, 0.6, 0.64), DVec3::new(-0.6, 0.0, 0.8)] {
+        let mut uniforms = <LightGridUniforms as bytemuck::Zeroable>::zeroed();
+        uniforms.sun = [sun.x as f32, sun.y as f32, sun.z as f32, 0.0];
+        uniforms.levels = 2;
+        uniforms.level[0] = GridLevel {
+            low: [-40.0, -32.0, -36.0, 0.0],
+            cell: [10.0, 8.0, 9.0, 0.0],
+            size: [8, 8, 8, 0],
+        };
+        uniforms.level[1] = GridLevel {
+            low: [-100.0, -90.0, -120.0, 0.0],
+            cell: [20.0, 18.0, 24.0, 0.0],
+            size: [10, 10, 10, 512],
+        };
+        uniforms.cells = 1512;
+        let mut grid = GridLight::empty(&uniforms);
+        grid.extinction.fill(EXTINCTION);
+        grid.start(1);
+        grid.start(0);
+        let half = DVec3::new(100.0, 90.0, 120.0);
+        for l in 0..2 {
+            let level = grid.level(l);
+            for cell in cells(&level) {
+                let at = centre(&level, cell.map(|v| v as f64));
+                // Out of the whole box; within its cell the ray has half a chord.
+                let out = |from: DVec3, size: DVec3| {
+                    (0..3)
+                        .map(|i| (size[i] - from[i] * sun[i].signum()) / sun[i].abs())
+                        .fold(f64::INFINITY, f64::min)
+                };
+                let own = out(DVec3::ZERO, 0.5 * side(&level));
+                let before = (-EXTINCTION * (out(at, half) - own)).exp();
+                let chord = 2.0 * own * EXTINCTION;
+                let expected = before * -(-chord).exp_m1() / chord;
+                let found = grid.sun[index(&level, cell)];
+                // The sun's direction is in f32.
+                assert!(
+                    (found / expected - 1.0).abs() < 1e-6,
+                    "{sun} {cell:?}: {found} {expected}"
+                );
+            }
+        }
+    }
+}
+
+/// Rays do not spread: behind an opaque wall it is dark to the wall's edge, however far behind.
+#[test]
+fn a_shadow_keeps_its_edge() {
+    let mut grid = ragged(0.0);
+    grid.uniforms.sun = [0.0, 1.0, 0.0, 0.0];
+    let level = grid.level(0);
+    for cell in cells(&level) {
+        let [x, y, _] = cell;
+        let wall = y == 8 && x < 5;
+        grid.extinction[index(&level, cell)] = if wall { 10.0 } else { 1e-9 };
+    }
+    grid.start(0);
+    for cell in cells(&level).filter(|[_, y, _]| *y < 8) {
+        let sun = grid.sun[index(&level, cell)];
+        assert!(if cell[0] < 5 { sun < 1e-8 } else { sun > 0.999 }, "{cell:?}: {sun}");
+    }
 }
