@@ -36,7 +36,7 @@ pub(super) fn beside(ui: &mut Ui, session: &mut Session, report: &Report) {
         ui.radio_value(&mut compare.beside, beside, name);
     }
     ui.label(match report.samples {
-        0 => "waits for the view to rest".to_owned(),
+        0 => "no paths yet: they begin when the view rests".to_owned(),
         samples => format!("{samples} paths a pixel"),
     });
     let Some(figures) = &report.figures else { return };

@@ -9,6 +9,8 @@ use crate::window::session::Session;
 
 /// How long a message stays, s: for a command to be read.
 const SHOWN: f64 = 8.0;
+/// Width of the keys, points: of the longest row.
+const KEYS_WIDTH: f32 = 440.0;
 /// Widest message, points.
 const WIDTH: f32 = 360.0;
 
@@ -33,8 +35,9 @@ pub(super) fn mistakes(ctx: &Context, report: &Report) {
 /// The keys.
 pub(super) fn keys(ctx: &Context) {
     let corner = (Align2::RIGHT_BOTTOM, [-MARGIN, -MARGIN]);
+    let height = (ctx.content_rect().height() - 2.0 * MARGIN).max(MARGIN);
     let window = Window::new("Keys").anchor(corner.0, corner.1).resizable(false);
-    window.vscroll(true).show(ctx, |ui| {
+    window.vscroll(true).default_size([KEYS_WIDTH, height]).show(ctx, |ui| {
         Grid::new("keys").show(ui, |ui| {
             for (key, meaning) in HELP.iter().chain(gamepad::HELP) {
                 ui.label(RichText::new(*key).strong());

@@ -113,7 +113,7 @@ fn showing_it_changes_nothing() {
         "Fly along",
         "preset",
         "sunlight at particles",
-        "waits for the view to rest",
+        "they begin when the view rests",
         "fly along the camera path",
         "4321, 0 in view",
         "line 3: a mistake",
