@@ -58,8 +58,8 @@ const FAR: f32 = 1e30;
 const PI: f32 = 3.14159265;
 // Transmittance below which nothing is seen: its logarithm stays finite.
 const DARK: f32 = 1e-30;
-// Octaves of sunlight, and the factor from one to the next on light, optical depth and mean cosine.
 const SCREEN_TILE: u32 = #{SCREEN_TILE}u; // pixels a side that share a list
+// Octaves of sunlight, and the factor from one to the next on light, optical depth and mean cosine.
 const OCTAVES: u32 = 8u;
 const OCTAVE: f32 = 0.5;
 // Gaps between particles that one ray can jump over, at most, besides one a step.

@@ -8,7 +8,7 @@
 // from the deep shadow maps (shadow.wgsl), at the ends of pairs of bins, and is linear between them. The light
 // field is looked up where a pair's light comes from.
 //
-// Workgroup contract: one workgroup owns one tile of 8x8 blocks, one invocation one pixel of a block; it
+// Workgroup contract: one workgroup owns 8x8 blocks of pixels of one tile, one invocation one pixel of a block; it
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight, block_pixel}
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
@@ -44,6 +44,8 @@ const LEAST_STEP: f32 = 1e-6;
 const LEAST_PART: f32 = 1e-6;
 // Transmittance below this is dark.
 const DARK: f32 = 1e-30;
+// Opacity of a pair of bins below which it sends no light: what is divided by it must not vanish.
+const LEAST_LIGHT: f32 = 1e-30;
 const LOWER = vec4<f32>(0.0, 1.0, 2.0, 3.0); // where the first four bins begin
 const UPPER = vec4<f32>(4.0, 5.0, 6.0, 7.0); // and the other four
 
@@ -237,7 +239,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
                         let next_tau = select(tau_low[i + 1u], tau_high[i + 1u], high);
                         let near_light = opacity(tau);
                         let far_light = (1.0 - near_light) * opacity(next_tau);
-                        if near_light + far_light > 0.0 {
+                        if near_light + far_light > LEAST_LIGHT {
                             let within = (near_light * mean_scatter_fraction(tau) + far_light * (1.0 + mean_scatter_fraction(next_tau))) / (near_light + far_light);
                             seen = scattered_light((begin + (f32(bin) + within) * step) * dir - frame.grid_shift.xyz);
                         }

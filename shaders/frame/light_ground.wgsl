@@ -8,7 +8,7 @@
 // Workgroup contract: one invocation owns one column of cells of one level. `rise` reads what `fall`
 // wrote: it is a dispatch of its own.
 #import cumuli::light_grid_data::{DIRECTIONS, GridLevel, LightGridUniforms, crossing, grid_direction, grid_index, unpack_light}
-#import cumuli::numerics::unfolded
+#import cumuli::numerics::{mean_transmittance, unfolded}
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
 @group(0) @binding(1) var<storage, read> sun_mean: array<f32>;
@@ -74,8 +74,9 @@ fn fall(@builtin(global_invocation_id) id: vec3<u32>) {
             all += down;
         }
     }
-    // From the cell's middle.
-    let beam = sun_mean[at] * exp(-0.5 * extinction[at] * crossing(-grid.sun.xyz, level.cell.xyz).path);
+    // From the cell's mean to what leaves it.
+    let tau = extinction[at] * crossing(-grid.sun.xyz, level.cell.xyz).path;
+    let beam = sun_mean[at] * exp(-tau) / mean_transmittance(tau);
     fallen[id.x] = vec4(beam, PI * sum.x / all, sum.y / all, 0.0);
 }
 

@@ -89,6 +89,7 @@ impl RenderSettings {
     /// The numbers that hold.
     pub fn quality(&self) -> Quality {
         let quality = self.quality.unwrap_or_else(|| self.preset.quality());
+        let quality = Quality { tile: quality.tile.max(1), ..quality };
         if self.live { quality.live() } else { quality }
     }
 }

@@ -263,11 +263,11 @@ impl App {
                 Reply::Measured(measured) => self.compare_with(*measured),
                 Reply::Saved(paths) => {
                     let names: Vec<_> = paths.iter().map(|p| p.display().to_string()).collect();
-                    self.report.message = format!("saved {}", names.join(" and "));
+                    self.report.message.tell(format!("saved {}", names.join(" and ")));
                 }
                 Reply::Refused(error) => {
                     self.report.stage = None;
-                    self.report.message = error.to_string();
+                    self.report.message.tell(error.to_string());
                 }
                 Reply::Failed(error) => return Err(error),
             }
@@ -289,7 +289,7 @@ impl App {
                 News::Key(key, down) => self.session.key(key, down, false),
                 News::Speed(notches) => {
                     self.session.fly.wheel(notches);
-                    self.report.message = format!("{:.0} m/s", self.session.fly.speed);
+                    self.report.message.tell(format!("{:.0} m/s", self.session.fly.speed));
                 }
             }
         }
@@ -385,7 +385,7 @@ impl App {
                     studio.send(Errand::Save(order, paths));
                 }
             }
-            Err(error) => self.report.message = error.to_string(),
+            Err(error) => self.report.message.tell(error.to_string()),
         }
     }
 
@@ -399,7 +399,7 @@ impl App {
             self.graphics = None;
             self.truth = None;
             self.last_loss = Some(Instant::now());
-            self.report.message = format!("{error}; the flight goes on with a new one");
+            self.report.message.tell(format!("{error}; the flight goes on with a new one"));
             self.request_redraw();
         } else {
             self.failure = Some(error);

@@ -89,7 +89,7 @@ impl App {
             }
             Some(Err(error)) => {
                 self.session.compare.wanted = false;
-                self.report.message = error.to_string();
+                self.report.message.tell(error.to_string());
             }
         }
     }

@@ -170,8 +170,8 @@ impl App {
 
     /// Shows what came of something.
     pub fn tell(&mut self, done: Result<String>) {
-        self.report.message = done.unwrap_or_else(|error| error.to_string());
-        tracing::info!("{}", self.report.message);
+        self.report.message.tell(done.unwrap_or_else(|error| error.to_string()));
+        tracing::info!("{}", self.report.message.text);
         self.request_redraw();
     }
 }

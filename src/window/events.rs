@@ -96,7 +96,7 @@ impl ApplicationHandler<Replied> for App {
                     MouseScrollDelta::LineDelta(_, notches) => notches.into(),
                     MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_PER_NOTCH,
                 });
-                self.report.message = format!("{:.0} m/s", self.session.fly.speed);
+                self.report.message.tell(format!("{:.0} m/s", self.session.fly.speed));
                 self.request_redraw();
             }
             WindowEvent::RedrawRequested => {

@@ -32,6 +32,23 @@ const MARGIN: f32 = 8.0;
 /// Width of the panel at first, points: a row of three numbers and the way back.
 const WIDTH: f32 = 300.0;
 
+/// What was done or went wrong last.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Message {
+    /// What the user reads.
+    pub text: String,
+    /// Messages up to this one: the same text twice is two.
+    pub number: u64,
+}
+
+impl Message {
+    /// Tells something new.
+    pub fn tell(&mut self, text: String) {
+        self.text = text;
+        self.number += 1;
+    }
+}
+
 /// What the panel tells.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Report {
@@ -58,7 +75,7 @@ pub(super) struct Report {
     /// Shaders compiled.
     pub compiled: u32,
     /// What there is to say: a saved picture.
-    pub message: String,
+    pub message: Message,
     /// What is wrong with the scene's file, until it is mended.
     pub mistake: Option<String>,
     /// What is wrong with the weather map's file, until it is mended.

@@ -258,20 +258,25 @@ impl GridInputs {
             std::iter::repeat_n(work, self.turns_of(l) as usize)
         };
         let steps = std::iter::once(1.0).chain((0..levels.len()).rev().flat_map(of_level));
-        let (mut end, mut work) = (done, 0.0);
-        for step in steps.skip(done as usize) {
-            if work >= f64::from(slice) {
-                break;
-            }
-            (end, work) = (end + 1, work + step);
-        }
-        end
+        end_of_slice(steps, done, slice)
     }
 
     /// Turns of a level.
     pub fn turns_of(&self, level: usize) -> u32 {
         self.turns[usize::from(level + 1 != self.levels.levels.len())]
     }
+}
+
+/// Where the slice of these steps' work ends that begins with step `done`: at least one step is in it.
+fn end_of_slice(steps: impl Iterator<Item = f64>, done: u32, slice: u32) -> u32 {
+    let (mut end, mut work) = (done, 0.0);
+    for step in steps.skip(done as usize) {
+        if work >= f64::from(slice.max(1)) {
+            break;
+        }
+        (end, work) = (end + 1, work + step);
+    }
+    end
 }
 
 /// Whether two fields have about the same clouds in the same places.
@@ -295,4 +300,32 @@ pub fn scale_particles(particles: &mut [Particle], scale: f64) {
 /// Scales the extinction of a cloud field.
 pub fn scale_field(clouds: &mut PlacedField, scale: f64) {
     clouds.uniforms.extinction *= scale as f32;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The matter, many turns of a few cells, five of an eighth, five of the whole.
+    fn steps() -> impl Iterator<Item = f64> {
+        std::iter::once(1.0).chain([0.015_625; 33]).chain([0.125; 5]).chain([1.0; 5])
+    }
+
+    #[test]
+    fn slices_make_every_step_once() {
+        for slice in [0, 1, 2, 3, 100, u32::MAX] {
+            let (mut done, mut frames) = (0, 0);
+            while done < 44 {
+                let end = end_of_slice(steps(), done, slice);
+                assert!(end > done && end <= 44, "{slice}: from {done} to {end}");
+                (done, frames) = (end, frames + 1);
+            }
+            let work: f64 = steps().sum();
+            let least = (work / f64::from(slice.max(1))).ceil() as u32;
+            // A slice may end a step late, none does nothing.
+            assert!(frames <= least.max(1), "{slice}: {frames} frames for the work of {least}");
+        }
+        // All turns of the coarsest level in a frame with the matter, where two steps are wanted.
+        assert_eq!(end_of_slice(steps(), 0, 2), 1 + 33 + 4);
+    }
 }

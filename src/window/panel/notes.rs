@@ -67,16 +67,17 @@ pub(super) fn beside_the_picture(ctx: &Context, session: &mut Session, report: &
         });
 }
 
-/// What is under way, and a message for a while after it has changed. Not in the panel, whose rows stay
+/// What is under way, and a message for a while after it was told. Not in the panel, whose rows stay
 /// where they are.
 pub(super) fn news(ctx: &Context, report: &Report) {
     let now = ctx.input(|input| input.time);
     let id = Id::unique("message");
-    let last = ctx.data(|data| data.get_temp::<(String, f64)>(id)).unwrap_or_default();
-    let since = if last.0 == report.message { last.1 } else { now };
-    ctx.data_mut(|data| data.insert_temp(id, (report.message.clone(), since)));
+    let number = report.message.number;
+    let last = ctx.data(|data| data.get_temp::<(u64, f64)>(id)).unwrap_or_default();
+    let since = if last.0 == number { last.1 } else { now };
+    ctx.data_mut(|data| data.insert_temp(id, (number, since)));
     let left = SHOWN - (now - since);
-    let message = Some(&report.message).filter(|text| !text.is_empty() && left > 0.0);
+    let message = Some(&report.message.text).filter(|text| !text.is_empty() && left > 0.0);
     // Before the first picture the stage has a place of its own.
     let stage = report.stage.as_ref().filter(|_| report.has_picture);
     if message.is_none() && stage.is_none() && report.reading.is_none() {

@@ -19,7 +19,7 @@ fn report() -> Report {
             passes: vec![pass("sky", false, None), pass("blend", true, Some(1.25))],
             counters: Counters { particles_generated: 4321, ..Counters::default() },
         },
-        message: "a message".to_owned(),
+        message: Message { text: "a message".to_owned(), number: 1 },
         mistake: Some("line 3: a mistake".to_owned()),
         map_mistake: Some("no image".to_owned()),
         shapes: vec!["uniform".to_owned(), "soft-1".to_owned()],
@@ -132,4 +132,29 @@ fn without_a_field_there_is_no_coverage() {
     assert!(shown(&mut session, Vec::new()).contains("feature size"));
     session.scene.clouds = None;
     assert!(!shown(&mut session, Vec::new()).contains("feature size"));
+}
+
+/// A message goes after a while, and comes again where the same is told again.
+#[test]
+fn the_same_message_twice_is_shown_twice() {
+    let ctx = egui::Context::default();
+    let mut report = Report::default();
+    let is_shown = |report: &Report, time| {
+        let input = egui::RawInput { time: Some(time), ..Default::default() };
+        let output = ctx.run_ui(input, |ui| notes::news(ui.ctx(), report));
+        let texts = output.shapes.iter().filter_map(|clipped| match &clipped.shape {
+            egui::Shape::Text(shape) => Some(shape.galley.text().to_owned()),
+            _ => None,
+        });
+        let found = texts.into_iter().any(|text| text == "loaded again");
+        output.drop_without_applying_deltas();
+        found
+    };
+    for begin in [1.0, 100.0] {
+        report.message.tell("loaded again".to_owned());
+        // Its first layout is not painted yet.
+        is_shown(&report, begin);
+        assert!(is_shown(&report, begin + 1.0), "told at {begin}");
+        assert!(!is_shown(&report, begin + 50.0), "told at {begin}");
+    }
 }

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use glam::DVec2;
 
 use super::cells::{index, low, side};
+use super::sweep::mean_transmittance;
 use super::{DIRECTIONS, GridLight, direction};
 use crate::frame::gpu_data::GridLevel;
 
@@ -45,7 +46,8 @@ impl GridLight {
             sky += down * light.y;
             sum += down;
         }
-        let beam = self.sun[at] * (-0.5 * self.extinction[at] * self.sun_path(level)).exp();
+        let tau = self.extinction[at] * self.sun_path(level);
+        let beam = self.sun[at] * (-tau).exp() / mean_transmittance(tau);
         Fallen { beam, scattered: PI * scattered / sum, sky: sky / sum }
     }
 
@@ -98,5 +100,31 @@ impl GridLight {
             columns(&level).map(|column| shares(&level, column)).collect()
         };
         (0..self.levels()).map(of_level).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::cells::cells;
+    use super::super::tests::ragged;
+    use super::*;
+
+    /// Below a lowest layer that is dense, sunlight is what the whole way through it leaves.
+    #[test]
+    fn sunlight_falls_through_a_dense_lowest_layer() {
+        for depth in [1e-6, 0.5, 5.0] {
+            let mut grid = ragged(0.0);
+            let level = grid.level(0);
+            let path = grid.sun_path(&level);
+            for cell in cells(&level).filter(|[_, y, _]| *y == 0) {
+                grid.extinction[index(&level, cell)] = depth / path;
+            }
+            grid.uniforms.sun = [0.0, 1.0, 0.0, 0.0];
+            let path = grid.sun_path(&level);
+            grid.start(0);
+            let expected = (-grid.extinction[index(&level, [3, 0, 4])] * path).exp();
+            let found = grid.fall(&level, [3, 4]).beam;
+            assert!((found / expected - 1.0).abs() < 1e-12, "{depth}: {found} {expected}");
+        }
     }
 }

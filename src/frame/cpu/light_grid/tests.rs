@@ -43,7 +43,7 @@ fn the_directions_integrate_polynomials_of_degree_5() {
 
 /// One level with a ragged cloud: two balls that overlap, of cells that hold no matter, little, or
 /// up to this optical depth.
-fn ragged(thickest: f64) -> GridLight {
+pub(super) fn ragged(thickest: f64) -> GridLight {
     let mut uniforms = <LightGridUniforms as bytemuck::Zeroable>::zeroed();
     let size = [11, 9, 10];
     uniforms.sun = [0.48, 0.6, 0.64, 0.0];
