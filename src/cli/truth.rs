@@ -26,7 +26,7 @@ pub struct TruthArgs {
     #[arg(long, value_name = "N", default_value = "64", value_parser = args::samples_a_pixel, requires = "reference")]
     pub spp: u32,
     /// Give each pixel of --reference as many paths as take the standard error of its brightness to
-    /// this share of it, up to --spp; twice that where --spp is not enough or clouds hide less than half
+    /// this share of it, up to --spp; three times that where --spp is not enough or clouds hide less than half
     #[arg(long, value_name = "SHARE", value_parser = args::noise, requires = "reference")]
     pub std_error: Option<f64>,
     /// Another seed is another set of paths

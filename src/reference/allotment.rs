@@ -13,14 +13,15 @@ use serde::Serialize;
 use super::film::Film;
 use crate::compare::LUMINANCE;
 
-/// Paths of the pilot: the variance of eight pixels around is then known to a tenth or so, while its
-/// paths are few beside those that 2 % take.
+/// Paths of the pilot, few beside those that 2 % take. What eight of them say of the pixel in their
+/// midst scatters by 12 % of the error in the scenes that ship, of which the pixels' own differences
+/// are 5 %: who wants most pixels below an error asks for a tenth less.
 pub const PILOT: u32 = 128;
 /// Pixels that the clouds hide less of show sky or ground.
 const CLOUDY: f64 = 0.5;
 /// Where the error cannot be reached with the paths that a pixel may get, and where there is hardly
 /// a cloud, so many times the error is aimed at.
-const COARSE: f64 = 2.0;
+const COARSE: f64 = 3.0;
 
 /// What is wanted of a picture whose pixels get paths by their noise.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -128,9 +129,9 @@ mod tests {
         // (deviation / brightness / error)^2, to what rounding makes of a whole number.
         assert!(allot(pixel(2.0, 4.0, 0.0)).abs_diff(2500) <= 1);
         assert!(allot(pixel(2.0, 15.9, 0.0)).abs_diff(9938) <= 1);
-        // Hopeless, and hardly a cloud: for twice the error.
-        assert!(allot(pixel(2.0, 32.0, 0.0)).abs_diff(5000) <= 1);
-        assert!(allot(pixel(2.0, 4.0, 0.9)).abs_diff(625) <= 1);
+        // Hopeless, and hardly a cloud: for three times the error.
+        assert!(allot(pixel(2.0, 32.0, 0.0)).abs_diff(2222) <= 1);
+        assert!(allot(pixel(2.0, 4.0, 0.9)).abs_diff(278) <= 1);
         assert_eq!(allot(pixel(2.0, 4e9, 0.0)), 10_000);
         // Nothing to find, and nothing at all.
         assert_eq!(allot(pixel(2.0, 0.0, 1.0)), PILOT);
