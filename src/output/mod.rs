@@ -4,6 +4,7 @@
 //! half a picture, and a run that was killed leaves only whole ones behind.
 
 mod atomic;
+mod cache_folder;
 mod exr;
 mod fingerprint;
 mod layers;
@@ -16,8 +17,11 @@ use std::path::Path;
 
 pub(crate) use atomic::sweep;
 pub use atomic::write_atomically;
+pub(crate) use cache_folder::cache_folder;
 pub use fingerprint::{fingerprint, fingerprint_of};
 pub use layers::{Channel, Layers};
+#[cfg(feature = "window")]
+pub(crate) use sequence::is_frame_name;
 pub use sequence::{FrameRange, FrameState, Sequence, SequenceKey, SequenceReport};
 pub use video::{VideoTarget, write_video};
 

@@ -124,12 +124,14 @@ pub struct SequenceReport {
 
 /// Name of the file that says what the frames show.
 const KEY_FILE: &str = "sequence.json";
+/// Beginning of the frames' names.
+const FRAME: &str = "frame_";
 
 impl Sequence {
     /// The file of a frame.
     pub fn path(&self, frame: u32) -> PathBuf {
         // Five digits sort right up to an hour at 25 frames a second.
-        self.folder.join(format!("frame_{frame:05}.{}", self.format))
+        self.folder.join(format!("{FRAME}{frame:05}.{}", self.format))
     }
 
     /// Refuses a folder that can't be used, before anything is rendered for it.
@@ -238,9 +240,10 @@ enum Found {
     Others,
 }
 
-fn is_frame_name(path: &Path) -> bool {
+/// Whether a file is called like a frame of a sequence.
+pub(crate) fn is_frame_name(path: &Path) -> bool {
     let stem = path.file_stem().and_then(|s| s.to_str());
-    let number = stem.and_then(|s| s.strip_prefix("frame_"));
+    let number = stem.and_then(|s| s.strip_prefix(FRAME));
     let numbered = number.is_some_and(|n| n.len() >= 5 && n.bytes().all(|b| b.is_ascii_digit()));
     numbered && Format::of(path).is_ok()
 }
