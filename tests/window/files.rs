@@ -63,6 +63,7 @@ fn changes_on_disk_are_shown_and_mistakes_told() {
     let Some(mut flight) = Flight::start(SCENE, "640x480") else { return };
     flight.keys(&["F1"]);
     let before = flight.picture();
+    assert!(!tells_mistake(&flight.display.screen([640, 480])), "there is none yet");
     let path = flight.path("scene.toml");
     std::fs::write(&path, SCENE.replace("radius = 100.0", "radius = \"wide\"")).expect("written");
     until("the mistake is told", || flight.log().contains("particles[0].radius").then_some(()));

@@ -1,6 +1,6 @@
 //! What is told beside the panel: mistakes, keys, what a view shows, what was done.
 
-use egui::{Align2, Color32, Context, Grid, Id, InnerResponse, RichText, Window};
+use egui::{Align2, Color32, Context, Grid, Id, InnerResponse, RichText, ScrollArea, Window};
 
 use super::{MARGIN, Report, beside};
 use crate::window::gamepad;
@@ -9,12 +9,12 @@ use crate::window::session::Session;
 
 /// How long a message stays, s: for a command to be read.
 const SHOWN: f64 = 8.0;
-/// Width of the keys, points: of the longest row.
-const KEYS_WIDTH: f32 = 440.0;
+/// What the title and the edges of the keys take of their height, points.
+const TITLE: f32 = 50.0;
 /// Widest message, points.
 const WIDTH: f32 = 360.0;
 /// The keys are no lower where there is little room, points: some rows, and the rest by scrolling.
-const LEAST_HEIGHT: f32 = 120.0;
+const LEAST_HEIGHT: f32 = 60.0;
 
 /// The lower right corner, where notes stand on each other: none hides another.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,15 +56,16 @@ pub(super) fn mistakes(ctx: &Context, report: &Report, corner: &mut Corner) {
 
 /// The keys, below what stands `from` points beneath the window's upper edge.
 pub(super) fn keys(ctx: &Context, corner: Corner, from: f32) {
-    let height = ctx.content_rect().height() - corner.taken - from - 2.0 * MARGIN;
-    let window = corner.window("Keys").vscroll(true);
-    window.default_size([KEYS_WIDTH, height.max(LEAST_HEIGHT)]).show(ctx, |ui| {
-        Grid::new("keys").show(ui, |ui| {
-            for (key, meaning) in HELP.iter().chain(gamepad::HELP) {
-                ui.label(RichText::new(*key).strong());
-                ui.label(*meaning);
-                ui.end_row();
-            }
+    let height = ctx.content_rect().height() - corner.taken - from - 2.0 * MARGIN - TITLE;
+    corner.window("Keys").auto_sized().show(ctx, |ui| {
+        ScrollArea::vertical().max_height(height.max(LEAST_HEIGHT)).show(ui, |ui| {
+            Grid::new("keys").show(ui, |ui| {
+                for (key, meaning) in HELP.iter().chain(gamepad::HELP) {
+                    ui.label(RichText::new(*key).strong());
+                    ui.label(*meaning);
+                    ui.end_row();
+                }
+            });
         });
     });
 }

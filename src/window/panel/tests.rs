@@ -168,11 +168,18 @@ fn no_note_hides_another() {
         (session.help, session.panel) = (true, false);
         session.clock.running = false;
         session.compare.wanted = true;
-        let report = Report { has_picture: true, legend: Some("colours".to_owned()), ..report() };
-        for _ in 0..5 {
+        let later = Report { has_picture: true, legend: Some("colours".to_owned()), ..report() };
+        let first = Report {
+            mistake: None,
+            map_mistakes: BTreeMap::new(),
+            message: Message::default(),
+            ..later.clone()
+        };
+        // What was there alone makes room.
+        for report in [&first, &first, &first, &later, &later, &later] {
             let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size));
             let input = egui::RawInput { screen_rect, ..Default::default() };
-            let output = ctx.run_ui(input, |ui| show(ui.ctx(), &mut session, &report));
+            let output = ctx.run_ui(input, |ui| show(ui.ctx(), &mut session, report));
             output.drop_without_applying_deltas();
         }
         let rect = |name: &str| {
