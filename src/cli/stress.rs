@@ -93,12 +93,7 @@ pub(super) fn run(args: &StressArgs) -> Result<()> {
     print(&head())?;
     let progress = Progress::new(count as u64, "cases");
     let mut rows = Vec::with_capacity(count);
-    let draw = |stress: &Stress, number: u64| {
-        random::case(args.seed, number, args.size.0, args.preset, stress.tables())
-    };
-    let orders = named.into_iter().map(Ok).chain(numbers.into_iter().map(Err));
-    for order in orders {
-        let case = &order.unwrap_or_else(|number| draw(&stress, number));
+    let mut judge = |stress: &mut Stress, case: &Case| {
         let (row, picture) = stress.run(case);
         if !(args.quiet && row.passes()) {
             print(&line(&row))?;
@@ -108,6 +103,15 @@ pub(super) fn run(args: &StressArgs) -> Result<()> {
         }
         rows.push(row);
         progress.step(false);
+        Ok(())
+    };
+    for case in &named {
+        judge(&mut stress, case)?;
+    }
+    // Drawn when their turn comes: a million scenes would fill the memory.
+    for number in numbers {
+        let case = random::case(args.seed, number, args.size.0, args.preset, stress.tables());
+        judge(&mut stress, &case)?;
     }
     progress.finish();
     let failed = rows.iter().filter(|row| !row.passes()).count();

@@ -1,8 +1,10 @@
 //! Adapter, device and queue, within WebGPU's default limits.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 
+use super::pipelines::Pipelines;
 use super::watch::Watch;
 use crate::error::{Error, Result};
 
@@ -18,6 +20,7 @@ pub struct Gpu {
     failure: Failure,
     watch: Option<Watch>,
     compiled: Arc<AtomicU32>,
+    pipelines: Option<Pipelines>,
 }
 
 /// The first error that wgpu reported outside of a call's result: out of memory, a lost device, a
@@ -55,9 +58,10 @@ impl Gpu {
                     .to_owned(),
             )
         })?;
-        // Timestamps are the only optional feature in use: frames are the same without them.
-        let wanted =
-            wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        // The only optional features in use: frames are the same without them.
+        let wanted = wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
+            | wgpu::Features::PIPELINE_CACHE;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("cumuli"),
             required_features: adapter.features() & wanted,
@@ -76,12 +80,31 @@ impl Gpu {
             }
         });
         let compiled = Arc::default();
-        Ok(Self { adapter, device, queue, failure, watch: None, compiled })
+        Ok(Self { adapter, device, queue, failure, watch: None, compiled, pipelines: None })
     }
 
     /// The same device, but its kernels note what they are bound to, for checks of every value.
     pub fn watched(self) -> Self {
         Self { watch: Some(Watch::default()), ..self }
+    }
+
+    /// The same device, but it begins with the pipelines that an earlier run has kept in this folder, where
+    /// the adapter can take them.
+    pub fn keeping_pipelines(self, folder: &Path) -> Self {
+        let pipelines = Pipelines::open(&self, folder);
+        Self { pipelines, ..self }
+    }
+
+    /// The pipelines of earlier runs.
+    pub(super) fn pipelines(&self) -> Option<&Pipelines> {
+        self.pipelines.as_ref()
+    }
+
+    /// Keeps the pipelines that were made so far for the next run, where that was asked for.
+    pub fn keep_pipelines(&self) {
+        if let Some(pipelines) = &self.pipelines {
+            pipelines.keep();
+        }
     }
 
     /// What the kernels are bound to, where that is noted.

@@ -3,6 +3,7 @@
 
 use naga::{AddressSpace, ImageClass, ImageDimension, StorageAccess, TypeInner};
 
+use super::pipelines::Pipelines;
 use super::watch::{self, Declared};
 use super::{Gpu, ShaderLibrary};
 use crate::error::{Error, Result};
@@ -68,7 +69,7 @@ impl Kernel {
                         module: &shader,
                         entry_point: Some(&name),
                         compilation_options: Default::default(),
-                        cache: None,
+                        cache: gpu.pipelines().map(Pipelines::cache),
                     });
                 (name, pipeline)
             })

@@ -3,6 +3,7 @@
 pub mod buffers;
 mod context;
 mod kernel;
+mod pipelines;
 mod read_back;
 mod shaders;
 pub mod watch;

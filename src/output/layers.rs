@@ -10,7 +10,7 @@ use exr::prelude::{
 };
 use half::f16;
 
-use super::atomic::{self, WriteSeek};
+use super::atomic::WriteSeek;
 use super::exr::ENCODING;
 use super::write_atomically;
 use crate::error::{Error, Result};
@@ -59,7 +59,6 @@ impl Layers {
                 ),
             ));
         }
-        atomic::sweep(path);
         write_atomically(path, |out| self.encode(out, half))
     }
 

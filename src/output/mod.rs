@@ -4,6 +4,7 @@
 //! half a picture, and a run that was killed leaves only whole ones behind.
 
 mod atomic;
+mod cache_folder;
 mod exr;
 mod fingerprint;
 mod layers;
@@ -14,10 +15,12 @@ mod video;
 use std::fmt::{Display, Formatter};
 use std::path::Path;
 
-pub(crate) use atomic::sweep;
 pub use atomic::write_atomically;
+pub(crate) use cache_folder::cache_folder;
 pub use fingerprint::{fingerprint, fingerprint_of};
 pub use layers::{Channel, Layers};
+#[cfg(feature = "window")]
+pub(crate) use sequence::is_frame_name;
 pub use sequence::{FrameRange, FrameState, Sequence, SequenceKey, SequenceReport};
 pub use video::{VideoTarget, write_video};
 
@@ -78,7 +81,6 @@ pub fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
             ),
         ));
     }
-    sweep(path);
     match format {
         Format::Png => write_atomically(path, |out| png::encode(picture, out)),
         Format::Exr => write_atomically(path, |out| exr::encode(picture, out)),
@@ -87,7 +89,6 @@ pub fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
 
 /// Writes display values as PNG: a pixel for every position, rows from the top.
 pub fn write_png(path: &Path, size: [u32; 2], pixels: &[[u8; 3]]) -> Result<()> {
-    atomic::sweep(path);
     write_atomically(path, |out| png::encode_bytes(size, pixels.as_flattened(), out))
 }
 
@@ -112,7 +113,7 @@ pub fn check_file(path: &Path) -> Result<()> {
         return Err(Error::input(path.display().to_string(), "is a folder, expected a file name"));
     }
     atomic::check_plain(path)?;
-    path.parent().map_or(Ok(()), check_folder)
+    atomic::resolved(path)?.parent().map_or(Ok(()), check_folder)
 }
 
 /// Refuses a path that can't become a folder that files are written into: it, or what should contain it, is a file,

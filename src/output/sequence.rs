@@ -4,6 +4,7 @@
 //! are never mixed in: they are refused, or replaced where that is asked for.
 
 use std::fmt::{Display, Formatter};
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -124,12 +125,18 @@ pub struct SequenceReport {
 
 /// Name of the file that says what the frames show.
 const KEY_FILE: &str = "sequence.json";
+/// Beginning of the frames' names.
+const FRAME: &str = "frame_";
+
+/// Attempts at a folder. One is enough, unless another run of other frames comes in between or ends
+/// just then.
+const MOST_CLAIMS: usize = 4;
 
 impl Sequence {
     /// The file of a frame.
     pub fn path(&self, frame: u32) -> PathBuf {
         // Five digits sort right up to an hour at 25 frames a second.
-        self.folder.join(format!("frame_{frame:05}.{}", self.format))
+        self.folder.join(format!("{FRAME}{frame:05}.{}", self.format))
     }
 
     /// Refuses a folder that can't be used, before anything is rendered for it.
@@ -157,12 +164,7 @@ impl Sequence {
         mut make: impl FnMut(u32, f64, &Path) -> Result<()>,
         mut done: impl FnMut(u32, FrameState, &Path),
     ) -> Result<SequenceReport> {
-        let found = self.found()?;
-        match found {
-            Found::Same => {}
-            Found::Others if !self.replace => return Err(self.refusal()),
-            Found::Nothing | Found::Others => self.begin()?,
-        }
+        let _shared = self.claim()?;
         let mut report = SequenceReport::default();
         for frame in self.frames.start..self.frames.end {
             let path = self.path(frame);
@@ -179,6 +181,50 @@ impl Sequence {
         Ok(report)
     }
 
+    /// Says what the frames of the folder show, while no other run writes into it; then shares it
+    /// with runs of the same frames for as long as the returned lock lives. The lock is the
+    /// folder's own: it leaves no file, and ends with the process however that ends.
+    fn claim(&self) -> Result<Option<File>> {
+        std::fs::create_dir_all(&self.folder)
+            .map_err(|e| Error::io(&self.folder, "create the folder", e))?;
+        // Not all systems open folders or lock them: there a run is alone by the user's care.
+        let Ok(folder) = File::open(&self.folder) else {
+            self.begin_unless_same()?;
+            return Ok(None);
+        };
+        for _ in 0..MOST_CLAIMS {
+            match folder.try_lock() {
+                Ok(()) => {
+                    self.begin_unless_same()?;
+                    let _ = folder.unlock();
+                }
+                Err(TryLockError::WouldBlock) => {}
+                Err(TryLockError::Error(_)) => {
+                    self.begin_unless_same()?;
+                    return Ok(None);
+                }
+            }
+            // Waits while another run says what its frames show.
+            folder.lock_shared().map_err(|e| Error::io(&self.folder, "lock the folder", e))?;
+            if self.is_described()? {
+                return Ok(Some(folder));
+            }
+            let _ = folder.unlock();
+        }
+        Err(Error::input(
+            self.folder.display().to_string(),
+            "is being written by another run with other settings; name another folder",
+        ))
+    }
+
+    fn begin_unless_same(&self) -> Result<()> {
+        match self.found()? {
+            Found::Same => Ok(()),
+            Found::Others if !self.replace => Err(self.refusal()),
+            Found::Nothing | Found::Others => self.begin(),
+        }
+    }
+
     /// Removes the frames of other settings, then says whose frames follow. In this order, a run
     /// that is killed in between leaves no frame under a wrong description.
     fn begin(&self) -> Result<()> {
@@ -186,7 +232,6 @@ impl Sequence {
             std::fs::remove_file(&path).map_err(|e| Error::io(&path, "remove", e))?;
         }
         let path = self.folder.join(KEY_FILE);
-        atomic::sweep(&path);
         let text = self.key_text()?;
         write_atomically(&path, |out| out.write_all(text.as_bytes()))
     }
@@ -202,13 +247,17 @@ impl Sequence {
         if self.frame_files()?.is_empty() {
             return Ok(Found::Nothing);
         }
+        Ok(if self.is_described()? { Found::Same } else { Found::Others })
+    }
+
+    /// Whether the folder says that its frames show what these do.
+    fn is_described(&self) -> Result<bool> {
         // Compared as text, to the bit; a file of another length is not read.
         let text = self.key_text()?;
         let path = self.folder.join(KEY_FILE);
         let may_be =
             std::fs::metadata(&path).is_ok_and(|m| m.is_file() && m.len() == text.len() as u64);
-        let same = may_be && std::fs::read(&path).is_ok_and(|bytes| bytes == text.as_bytes());
-        Ok(if same { Found::Same } else { Found::Others })
+        Ok(may_be && std::fs::read(&path).is_ok_and(|bytes| bytes == text.as_bytes()))
     }
 
     /// Everything in the folder that has the name of a frame, of whatever number and format.
@@ -238,9 +287,10 @@ enum Found {
     Others,
 }
 
-fn is_frame_name(path: &Path) -> bool {
+/// Whether a file is called like a frame of a sequence.
+pub(crate) fn is_frame_name(path: &Path) -> bool {
     let stem = path.file_stem().and_then(|s| s.to_str());
-    let number = stem.and_then(|s| s.strip_prefix("frame_"));
+    let number = stem.and_then(|s| s.strip_prefix(FRAME));
     let numbered = number.is_some_and(|n| n.len() >= 5 && n.bytes().all(|b| b.is_ascii_digit()));
     numbered && Format::of(path).is_ok()
 }

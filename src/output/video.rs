@@ -65,7 +65,6 @@ pub fn write_video(
             }
         }
         VideoTarget::Y4m(path) => {
-            atomic::sweep(path);
             let mut failed = None;
             let written = atomic::write_atomically(path, |out| {
                 y4m(out, frames, size, rate).map_err(|error| {
@@ -82,22 +81,17 @@ pub fn write_video(
 
 /// Hands the frames to ffmpeg. The file appears when it is whole.
 fn encode(path: &Path, frames: &[PathBuf], size: [u32; 2], rate: f64) -> Result<()> {
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "create the folder", e))?;
+    let path = &atomic::resolved(path)?;
+    atomic::sweep(path);
     // The name's end tells ffmpeg the format, so it stays the end.
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let temporary = tempfile::Builder::new()
-        .prefix(".video-")
-        .suffix(&format!("-{name}"))
-        .tempfile_in(folder)
-        .map_err(|e| Error::io(path, "write", e))?
-        .into_temp_path();
+    let end = path.extension().unwrap_or_default().to_string_lossy();
+    let temporary = atomic::temporary(path, &format!(".{end}"))?;
     let mut child = Command::new(FFMPEG)
         .args(["-hide_banner", "-loglevel", "error", "-y", "-f", "yuv4mpegpipe", "-i", "-"])
         // Half the colours, which all players know, and even sides, which they need.
         .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"])
         .args(["-color_range", "tv", "-colorspace", "bt709"])
-        .arg(&temporary)
+        .arg(temporary.path())
         .stdin(Stdio::piped())
         .stdout(Stdio::null())
         .spawn()
@@ -112,7 +106,7 @@ fn encode(path: &Path, frames: &[PathBuf], size: [u32; 2], rate: f64) -> Result<
         return Err(Error::Failed(format!("ffmpeg could not encode {}: {status}", path.display())));
     }
     fed?;
-    temporary.persist(path).map_err(|e| Error::io(path, "write", e.error))
+    atomic::put_in_place(temporary, path)
 }
 
 /// Writes Y4M: 8 bits, full colour resolution, BT.709.

@@ -4,7 +4,7 @@
 //! that decides the values. A file that is damaged, or does not hold what its name says, is baked
 //! anew. The cache only saves time: where it cannot be read or written, things go on without it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::TableSet;
 use super::description::{FORMAT, SCATTERING_VERSION};
@@ -14,6 +14,7 @@ use super::progress::Progress;
 use super::scattering::{ScatteringOptions, ScatteringTable};
 use crate::error::Result;
 use crate::medium::Phase;
+use crate::output::cache_folder;
 
 /// The table of a medium from the cache, or baked and put there.
 pub(super) fn scattering(
@@ -22,7 +23,7 @@ pub(super) fn scattering(
     progress: &dyn Progress,
 ) -> Result<ScatteringTable> {
     let options = ScatteringOptions::default();
-    scattering_in(folder().as_deref(), phase, albedo, &options, progress)
+    scattering_in(cache_folder().as_deref(), phase, albedo, &options, progress)
 }
 
 fn scattering_in(
@@ -76,16 +77,6 @@ fn file_name(phase: &Phase, albedo: f64, options: &ScatteringOptions) -> String 
     let text = format!("{FORMAT} {SCATTERING_VERSION} {phase} {albedo} {options:?}");
     hash.add(text.as_bytes());
     format!("scattering-{hash}.safetensors")
-}
-
-/// `$XDG_CACHE_HOME/cumuli` or `~/.cache/cumuli`, as the XDG base directory specification says:
-/// relative paths are to be ignored.
-fn folder() -> Option<PathBuf> {
-    let absolute =
-        |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|p| p.is_absolute());
-    absolute("XDG_CACHE_HOME")
-        .or_else(|| absolute("HOME").map(|home| home.join(".cache")))
-        .map(|cache| cache.join("cumuli"))
 }
 
 #[cfg(test)]

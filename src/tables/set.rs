@@ -111,7 +111,6 @@ impl TableSet {
         let bytes = file::write(self)?;
         // What cannot be read again is found out now, not when it is needed.
         file::read(&bytes, &path.display().to_string())?;
-        crate::output::sweep(path);
         crate::output::write_atomically(path, |out| out.write_all(&bytes))
     }
 

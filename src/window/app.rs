@@ -389,9 +389,11 @@ impl App {
         }
     }
 
-    /// Ends with an error, or starts again with a new device where the old one was lost.
+    /// Ends with an error, or starts again with a new device where the old one was lost, or the thread
+    /// that makes pictures fell over a defect.
     pub fn fail(&mut self, event_loop: &ActiveEventLoop, error: Error) {
-        let lost = matches!(error, Error::Gpu(_)) && self.graphics.is_some();
+        let kind = matches!(error, Error::Gpu(_) | Error::Failed(_));
+        let lost = kind && self.graphics.is_some();
         let soon = self.last_loss.is_some_and(|at| at.elapsed() < PATIENCE);
         if lost && !soon {
             tracing::warn!("{error}; starting again with a new device");
@@ -399,7 +401,7 @@ impl App {
             self.graphics = None;
             self.truth = None;
             self.last_loss = Some(Instant::now());
-            self.report.message.tell(format!("{error}; the flight goes on with a new one"));
+            self.report.message.tell(format!("{error}; the flight goes on with a new device"));
             self.request_redraw();
         } else {
             self.failure = Some(error);

@@ -47,6 +47,7 @@ impl App {
                 Done::Maps(read) => self.take_maps(read),
                 Done::Channels(map) => self.take_meanings(map),
                 Done::Found(found) => self.report.found = found,
+                Done::Broken(error) => self.tell(Err(error)),
             }
         }
         self.report.reading = self.reader.waits_for();
@@ -58,7 +59,7 @@ impl App {
                 self.session.load(*scene);
                 self.report.file = Some(path.to_owned());
                 self.report.mistake = None;
-                self.report.map_mistake = None;
+                self.report.map_mistakes.clear();
                 self.watch(sources);
                 self.find_files();
                 format!("loaded {}", path.display())
@@ -110,7 +111,7 @@ impl App {
                 self.session.reload(*scene);
                 self.watch(sources);
                 self.report.mistake = None;
-                self.report.map_mistake = None;
+                self.report.map_mistakes.clear();
                 let message = format!("{} was changed: loaded again", path.display());
                 self.tell(Ok(message));
             }

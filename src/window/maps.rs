@@ -53,10 +53,10 @@ impl App {
         let field = self.session.scene.clouds.clone().unwrap_or_default();
         let map = laid(map, &field);
         let coverage = if field.weather.is_some() { field.coverage } else { FIRST_COVERAGE };
-        let ([width, height], path) = (map.image.size(), map.file.display().to_string());
+        let ([width, height], file) = (map.image.size(), map.file.clone());
         self.session.scene.clouds = Some(CloudField { coverage, weather: Some(map), ..field });
-        self.report.map_mistake = None;
-        format!("loaded the weather map {path}, {width} x {height} pixels")
+        self.report.map_mistakes.remove(&file);
+        format!("loaded the weather map {}, {width} x {height} pixels", file.display())
     }
 
     /// Lets the map's colours mean something else, as soon as it is read again.
@@ -83,11 +83,8 @@ impl App {
     /// Has maps read again whose files have changed.
     pub(super) fn look_at_maps(&mut self) {
         let files = self.map_files();
-        let before = self.watched_maps.len();
         self.watched_maps.retain(|watched| files.iter().any(|file| file == watched.path()));
-        if self.watched_maps.len() < before {
-            self.report.map_mistake = None;
-        }
+        self.report.map_mistakes.retain(|file, _| files.contains(file));
         for file in files {
             if self.watched_maps.iter().all(|watched| watched.path() != file) {
                 self.watched_maps.push(Watched::new(&file, &[]));
@@ -104,35 +101,35 @@ impl App {
         }
     }
 
-    /// Takes over maps that were read again; a mistake in one is shown until it is mended.
-    pub(super) fn take_maps(&mut self, read: Result<Vec<WeatherMap>>) {
-        match read {
-            Ok(maps) => {
-                self.report.map_mistake = None;
-                if let Some(map) = maps.first() {
-                    let message = format!("{} was changed: loaded again", map.file.display());
-                    self.tell(Ok(message));
+    /// Takes over maps that were read again; a mistake in one is shown until it is mended, and the
+    /// others are taken all the same.
+    pub(super) fn take_maps(&mut self, read: Vec<(PathBuf, Result<WeatherMap>)>) {
+        // A file may have been read twice, for two meanings of its colours.
+        self.report.map_mistakes.retain(|file, _| read.iter().all(|(other, _)| other != file));
+        for (file, map) in read {
+            match map {
+                Ok(map) => {
+                    let scenes = [&mut self.session.scene, &mut self.session.start];
+                    let fields = scenes.into_iter().filter_map(|scene| scene.clouds.as_mut());
+                    for shown in fields.filter_map(|field| field.weather.as_mut()) {
+                        renew(shown, &map);
+                    }
+                    self.tell(Ok(format!("{} was changed: loaded again", file.display())));
                 }
-                let scenes = [&mut self.session.scene, &mut self.session.start];
-                let fields = scenes.into_iter().filter_map(|scene| scene.clouds.as_mut());
-                for shown in fields.filter_map(|field| field.weather.as_mut()) {
-                    renew(shown, &maps);
+                Err(error) => {
+                    tracing::info!("{error}");
+                    self.report.map_mistakes.insert(file, error.to_string());
+                    self.request_redraw();
                 }
-            }
-            Err(error) => {
-                tracing::info!("{error}");
-                self.report.map_mistake = Some(error.to_string());
-                self.request_redraw();
             }
         }
     }
 }
 
-/// Gives a map the image that was read for it.
-fn renew(shown: &mut WeatherMap, read: &[WeatherMap]) {
-    let same = |map: &&WeatherMap| map.file == shown.file && map.channels == shown.channels;
-    if let Some(map) = read.iter().find(same) {
-        shown.image = map.image.clone();
+/// Gives a map the image that was read, if it was read for it.
+fn renew(shown: &mut WeatherMap, read: &WeatherMap) {
+    if read.file == shown.file && read.channels == shown.channels {
+        shown.image = read.image.clone();
     }
 }
 
@@ -184,10 +181,10 @@ mod tests {
         let named = |map: WeatherMap| WeatherMap { file: file.clone(), ..map };
         let read = [named(map(Channel::Coverage, 1)), named(map(Channel::Height, 2))];
         let mut shown = named(map(Channel::Height, 0));
-        renew(&mut shown, &read);
+        read.iter().for_each(|map| renew(&mut shown, map));
         assert_eq!(shown.image.texels(), [2]);
         let mut other = WeatherMap { file: "b.png".into(), ..shown };
-        renew(&mut other, &[named(map(Channel::Height, 3))]);
+        renew(&mut other, &named(map(Channel::Height, 3)));
         assert_eq!(other.image.texels(), [2], "another file");
     }
 }

@@ -16,6 +16,7 @@ mod files;
 mod flight_path;
 mod gamepad;
 mod graphics;
+mod guard;
 mod input;
 mod maps;
 mod overlay;

@@ -14,12 +14,14 @@ mod tables;
 mod time;
 mod weather;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use egui::{Align2, CollapsingHeader, Color32, Context, Ui, Window};
 
 use self::frame::History;
+use self::notes::Corner;
 use super::files::Found;
 use super::session::Session;
 use super::studio::Inside;
@@ -78,8 +80,8 @@ pub(super) struct Report {
     pub message: Message,
     /// What is wrong with the scene's file, until it is mended.
     pub mistake: Option<String>,
-    /// What is wrong with the weather map's file, until it is mended.
-    pub map_mistake: Option<String>,
+    /// What is wrong with files of weather maps, until they are mended.
+    pub map_mistakes: BTreeMap<PathBuf, String>,
     /// What is being read.
     pub reading: Option<String>,
     /// Files to choose from.
@@ -102,7 +104,13 @@ pub(super) struct Report {
 
 /// Shows the panel; changes what is touched and nothing else.
 pub(super) fn show(ctx: &Context, session: &mut Session, report: &Report) {
-    notes::mistakes(ctx, report);
+    let mut corner = Corner::default();
+    notes::mistakes(ctx, report, &mut corner);
+    notes::news(ctx, report, &mut corner);
+    let from = notes::beside_the_picture(ctx, session, report);
+    if session.help {
+        notes::keys(ctx, corner, from);
+    }
     if let Some(stage) = report.stage.as_ref().filter(|_| !report.has_picture) {
         Window::new("Starting")
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
@@ -110,11 +118,6 @@ pub(super) fn show(ctx: &Context, session: &mut Session, report: &Report) {
             .resizable(false)
             .show(ctx, |ui| waiting(ui, stage, report));
     }
-    if session.help {
-        notes::keys(ctx);
-    }
-    notes::beside_the_picture(ctx, session, report);
-    notes::news(ctx, report);
     if session.panel {
         let height = (ctx.content_rect().height() - 2.0 * MARGIN).max(MARGIN);
         Window::new("Cumuli")

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use super::files::{self, Content, Found, Sources};
+use super::guard::guarded;
 use super::studio::Wake;
-use crate::Result;
 use crate::scene::{Channel, Scene, WeatherMap};
+use crate::{Error, Result};
 
 /// Something to read.
 #[derive(Debug)]
@@ -31,12 +32,14 @@ pub(super) enum Done {
     Opened(PathBuf, Sources, Result<Content>),
     /// The same for a scene that has changed.
     Reloaded(PathBuf, Sources, Result<Box<Scene>>),
-    /// Maps read again: all, or the first mistake.
-    Maps(Result<Vec<WeatherMap>>),
+    /// Maps read again, each with its file.
+    Maps(Vec<(PathBuf, Result<WeatherMap>)>),
     /// A map with its colours read anew.
     Channels(Result<Box<WeatherMap>>),
     /// What there is to choose from.
     Found(Found),
+    /// A defect of the program showed itself while it was done.
+    Broken(Error),
 }
 
 /// The thread, from the window's side. Jobs are done one after the other.
@@ -50,12 +53,20 @@ pub(super) struct Reader {
 impl Reader {
     /// Starts the thread. It ends with the reader, after what is under way.
     pub fn start(wake: Wake) -> Self {
+        Self::start_with(wake, Job::run)
+    }
+
+    /// The same with another way to do jobs.
+    fn start_with(wake: Wake, run: fn(Job) -> Done) -> Self {
         let (jobs, to_do) = channel::<Job>();
         let (send, done) = channel();
         std::thread::spawn(move || {
             for job in to_do {
+                let doing = format!("reading {}", job.name().as_deref().unwrap_or("folders"));
+                // A panic must not end the thread: the next file has nothing to do with it.
+                let done = guarded(&doing, || run(job)).unwrap_or_else(Done::Broken);
                 // Nobody listens any more when the window is closed.
-                if send.send(job.run()).is_err() {
+                if send.send(done).is_err() {
                     break;
                 }
                 wake();
@@ -109,7 +120,10 @@ impl Job {
                 let scene = files::scene(&path, &shapes).map(Box::new);
                 Done::Reloaded(path, sources, scene)
             }
-            Self::Maps(maps) => Done::Maps(maps.iter().map(WeatherMap::read_again).collect()),
+            Self::Maps(maps) => {
+                let read = |map: WeatherMap| (map.file.clone(), map.read_again());
+                Done::Maps(maps.into_iter().map(read).collect())
+            }
             Self::Channels(map) => Done::Channels(map.read_again().map(Box::new)),
             Self::Find { folders, more } => Done::Found(files::find(&folders, &more)),
         }
@@ -126,6 +140,18 @@ mod tests {
 
     /// For a file of a few bytes, on the slowest machine.
     const PATIENCE: Duration = Duration::from_secs(60);
+
+    /// The next thing that is done.
+    fn next(reader: &mut Reader) -> Done {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            if let Some(done) = reader.done() {
+                return done;
+            }
+            assert!(Instant::now() < end, "nothing came");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
 
     #[test]
     fn what_is_asked_for_comes_in_order_and_wakes_the_window() {
@@ -149,36 +175,44 @@ mod tests {
         reader.send(open(&path));
         reader.send(open(&dir.path().join("none.toml")));
         assert_eq!(reader.waits_for(), Some(path.display().to_string()));
-        let mut next = || {
-            let end = Instant::now() + PATIENCE;
-            loop {
-                if let Some(done) = reader.done() {
-                    return done;
-                }
-                assert!(Instant::now() < end, "nothing came");
-                std::thread::sleep(Duration::from_millis(1));
-            }
+        assert!(matches!(next(&mut reader), Done::Found(found) if found.maps == [path.clone()]));
+        let Done::Opened(of, sources, Ok(Content::Map(map))) = next(&mut reader) else {
+            panic!("no map")
         };
-        assert!(matches!(next(), Done::Found(found) if found.maps == [path.clone()]));
-        let Done::Opened(of, sources, Ok(Content::Map(map))) = next() else { panic!("no map") };
         assert_eq!((of.as_path(), sources.scene.path()), (path.as_path(), path.as_path()));
         assert_eq!(map.channels, channels);
-        assert!(matches!(next(), Done::Opened(_, _, Err(_))));
+        assert!(matches!(next(&mut reader), Done::Opened(_, _, Err(_))));
         assert_eq!(reader.waits_for(), None);
         let end = Instant::now() + PATIENCE;
         while woken.load(Ordering::Relaxed) < 3 {
             assert!(Instant::now() < end, "the window sleeps");
         }
-        // What is gone is told, and the map stays as it was.
+        // What is gone is told, what is there is read all the same, and maps stay as they were.
+        let there = WeatherMap { file: dir.path().join("there.png"), ..(*map).clone() };
+        image::RgbImage::new(3, 1).save(&there.file).expect("written");
         std::fs::remove_file(&path).expect("removed");
-        reader.send(Job::Maps(vec![*map]));
-        let end = Instant::now() + PATIENCE;
-        let done = loop {
-            if let Some(done) = reader.done() {
-                break done;
-            }
-            assert!(Instant::now() < end, "nothing came");
+        reader.send(Job::Maps(vec![*map, there]));
+        let Done::Maps(read) = next(&mut reader) else { panic!("no maps") };
+        let [(gone, Err(_)), (_, Ok(there))] = &read[..] else { panic!("{read:?}") };
+        assert_eq!((gone, there.image.size()), (&path, [3, 1]));
+    }
+
+    #[test]
+    fn a_panic_is_told_and_the_next_file_is_read() {
+        let run = |job: Job| match job {
+            Job::Reload { path, .. } => panic!("a defect at {}", path.display()),
+            job => job.run(),
         };
-        assert!(matches!(done, Done::Maps(Err(_))));
+        let mut reader = Reader::start_with(Arc::new(|| {}), run);
+        let path = PathBuf::from("scene.toml");
+        for _ in 0..2 {
+            reader.send(Job::Reload { path: path.clone(), shapes: Vec::new() });
+            reader.send(Job::Find { folders: Vec::new(), more: Vec::new() });
+            let Done::Broken(error) = next(&mut reader) else { panic!("no defect") };
+            let told = error.to_string();
+            assert!(told.contains("reading scene.toml") && told.contains("a defect at"), "{told}");
+            assert!(matches!(next(&mut reader), Done::Found(_)), "it goes on");
+            assert_eq!(reader.waits_for(), None);
+        }
     }
 }

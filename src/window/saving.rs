@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::output::Format;
+use crate::output::{Format, is_frame_name};
 use crate::{Error, Result};
 
 /// More files of a kind in one folder are refused: looking for a free name takes its time.
@@ -22,15 +22,14 @@ pub(super) fn free_name(folder: &Path, stem: &str, end: &str) -> Result<PathBuf>
 
 /// Stem of pictures that are saved from the window.
 pub(super) const PICTURE: &str = "cumuli";
-/// Beginning of the names that the frames of a sequence have.
-const FRAME: &str = "frame_";
 
 /// Whether a picture is called like one that the program saves: of the window, or of a sequence.
 pub(super) fn is_saved_picture(path: &Path) -> bool {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let number = stem.strip_prefix(PICTURE).and_then(|rest| rest.strip_prefix('-'));
-    let number = number.or_else(|| stem.strip_prefix(FRAME)).unwrap_or_default();
-    !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())
+    let number = number.unwrap_or_default();
+    let numbered = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    numbered || is_frame_name(path)
 }
 
 fn free(folder: &Path, stem: &str, ends: &[&str]) -> Result<Vec<PathBuf>> {

@@ -15,6 +15,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use super::guard::guarded;
 use crate::Error;
 use crate::gpu::Gpu;
 use crate::tables::TableSet;
@@ -71,7 +72,11 @@ impl Studio {
                     let _ = send.send((number, reply));
                     wake();
                 };
-                maker::run(&of_thread, gpu, tables, &reply);
+                let ended =
+                    guarded("making a picture", || maker::run(&of_thread, gpu, tables, &reply));
+                if let Err(error) = ended {
+                    reply(0, Reply::Failed(error));
+                }
             })
             .map_err(|e| Error::Failed(format!("no thread for pictures: {e}")))?;
         Ok(Self { shared, replies, thread: Some(thread), last: None, given: 0, answered: 0 })

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
+use super::guard::guarded;
 use super::studio::{Image, Order, Wake};
 use crate::compare::error_image::error_image;
 use crate::compare::{Differences, Kind, Measured, Report, compare};
@@ -138,10 +139,9 @@ impl Work {
         // A core stays free for the window.
         let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(cores.saturating_sub(1).max(1));
-        let done = pool
-            .build()
-            .map_err(|e| Error::Failed(format!("threads: {e}")))
-            .and_then(|pool| pool.install(|| self.trace()));
+        let pool = pool.build().map_err(|e| Error::Failed(format!("threads: {e}")));
+        let doing = "tracing the reference";
+        let done = guarded(doing, || pool.and_then(|pool| pool.install(|| self.trace()))).flatten();
         if let Err(error) = done
             && !self.cancelled.load(Ordering::Relaxed)
         {

@@ -10,9 +10,18 @@ const TIME_OF_DAY: [u32; 2] = [72, 297];
 /// From there to the evening, points.
 const TO_EVENING: u32 = 40;
 
-/// Whether there is light red text on the screen, which only mistakes have.
+/// Width and height of the lower right corner where mistakes are told, points.
+const MISTAKE: [u32; 2] = [376, 120];
+/// A line of text has so many light red pixels, which nothing else in that corner has: a word has some
+/// hundred.
+const RED_PIXELS: usize = 100;
+
+/// Whether a mistake is told where it should be.
 pub fn tells_mistake(screen: &image::RgbImage) -> bool {
-    screen.pixels().any(|p| p.0[0] > 200 && p.0[1] < 160 && p.0[2] < 160)
+    let [left, top] = [screen.width() - MISTAKE[0], screen.height() - MISTAKE[1]];
+    let corner = image::imageops::crop_imm(screen, left, top, MISTAKE[0], MISTAKE[1]).to_image();
+    let red = corner.pixels().filter(|p| p.0[0] > 200 && p.0[1] < 160 && p.0[2] < 160);
+    red.count() > RED_PIXELS
 }
 
 #[test]
@@ -54,6 +63,7 @@ fn changes_on_disk_are_shown_and_mistakes_told() {
     let Some(mut flight) = Flight::start(SCENE, "640x480") else { return };
     flight.keys(&["F1"]);
     let before = flight.picture();
+    assert!(!tells_mistake(&flight.display.screen([640, 480])), "there is none yet");
     let path = flight.path("scene.toml");
     std::fs::write(&path, SCENE.replace("radius = 100.0", "radius = \"wide\"")).expect("written");
     until("the mistake is told", || flight.log().contains("particles[0].radius").then_some(()));

@@ -141,3 +141,29 @@ fn frames_without_a_description_are_somebody_elses() {
     assert_eq!(replacing.run(fake, ignore).expect("replaced").written, 6);
     assert!(dir.path().join("notes.txt").exists());
 }
+
+#[cfg(unix)]
+#[test]
+fn frames_of_others_are_not_mixed_in_while_a_run_goes_on() {
+    let dir = folder();
+    let first = sequence(dir.path());
+    let mut other = Sequence { replace: true, ..sequence(dir.path()) };
+    other.key.fps = 5.0;
+    let mut rest = sequence(dir.path());
+    rest.frames = FrameRange { start: 6, end: 8 };
+    let mut told = Vec::new();
+    let render = |frame, time| {
+        // Before the first frame there is nothing to be seen in the folder but the description.
+        told.push(other.run(fake, ignore).expect_err("another run goes on").to_string());
+        assert_eq!(
+            rest.run(fake, ignore).map(|r| r.kept + r.written).expect("the same sequence"),
+            2
+        );
+        fake(frame, time)
+    };
+    assert_eq!(first.run(render, ignore).expect("written").written, 6);
+    assert!(told.iter().all(|t| t.contains("being written by another run")), "{told:?}");
+    assert!((0..8).all(|frame| rest.path(frame).exists()));
+    // Once it has ended, what is asked for is done.
+    assert_eq!(other.run(fake, ignore).expect("replaced").written, 6);
+}

@@ -75,20 +75,16 @@ fn listen(mut gilrs: Gilrs, send: &mpsc::Sender<News>, wake: &Wake, ends: &Atomi
         gilrs.update(&event);
         let pad = gilrs.gamepad(event.id);
         let news = match event.event {
-            EventType::ButtonPressed(button, _) => meaning(button, true),
-            EventType::ButtonReleased(button, _) => meaning(button, false),
+            EventType::ButtonPressed(button, _) => meaning(button, true).into_iter().collect(),
+            EventType::ButtonReleased(button, _) => meaning(button, false).into_iter().collect(),
             EventType::AxisChanged(..) | EventType::ButtonChanged(..) => {
-                Some(News::Lean(sticks(&pad).lean()))
+                vec![News::Lean(sticks(&pad).lean())]
             }
-            EventType::Connected => Some(News::Message(format!("gamepad: {}", pad.name()))),
-            EventType::Disconnected => {
-                // Whatever it asked for last, it asks for no more.
-                let _ = send.send(News::Lean(Lean::default()));
-                Some(News::Message(format!("{} is gone", pad.name())))
-            }
-            _ => None,
+            EventType::Connected => vec![News::Message(format!("gamepad: {}", pad.name()))],
+            EventType::Disconnected => gone(pad.name()),
+            _ => Vec::new(),
         };
-        if let Some(news) = news {
+        for news in news {
             if send.send(news).is_err() {
                 return;
             }
@@ -105,6 +101,15 @@ fn sticks(pad: &Gamepad<'_>) -> Sticks {
         right: [axis(Axis::RightStickX), axis(Axis::RightStickY)],
         triggers: [trigger(Button::LeftTrigger2), trigger(Button::RightTrigger2)],
     }
+}
+
+/// A pad that is gone asks for nothing any more: its sticks stand, and no button is held.
+fn gone(name: &str) -> Vec<News> {
+    vec![
+        News::Lean(Lean::default()),
+        News::Key(Key::Faster, false),
+        News::Message(format!("{name} is gone")),
+    ]
 }
 
 /// What a button means; many do nothing.
@@ -126,6 +131,8 @@ fn meaning(button: Button, down: bool) -> Option<News> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Scene;
+    use crate::window::session::Session;
 
     #[test]
     fn buttons_do_what_the_help_says() {
@@ -135,6 +142,27 @@ mod tests {
         assert_eq!(meaning(Button::DPadUp, true), Some(News::Speed(1.0)));
         assert_eq!(meaning(Button::DPadUp, false), None);
         assert_eq!(meaning(Button::Mode, true), None);
+    }
+
+    #[test]
+    fn what_was_held_is_let_go_with_the_pad() {
+        // Each button that goes on to mean something while it is held.
+        let held = [Button::South, Button::North, Button::Start, Button::DPadUp, Button::DPadLeft];
+        let mut session = Session::new(Scene::default(), 0.0);
+        let mut take = |news: News| match news {
+            News::Key(key, down) => session.key(key, down, false),
+            News::Lean(lean) => session.fly.lean(lean),
+            News::Speed(_) | News::Message(_) => {}
+        };
+        take(News::Lean(Lean { way: glam::DVec3::Z, ..Lean::default() }));
+        held.into_iter().filter_map(|button| meaning(button, true)).for_each(&mut take);
+        gone("pad").into_iter().for_each(&mut take);
+        // It glides to a stand, at the pace of a flight that is not hurried.
+        assert!(!session.fly.fast);
+        for _ in 0..600 {
+            session.fly.step(0.1);
+        }
+        assert!(!session.fly.is_moving());
     }
 
     #[test]

@@ -37,6 +37,7 @@ pub(super) fn beside(ui: &mut Ui, session: &mut Session, report: &Report) {
     }
     ui.label(match report.samples {
         0 => "no paths yet: they begin when the view rests".to_owned(),
+        1 => "1 path a pixel".to_owned(),
         samples => format!("{samples} paths a pixel"),
     });
     let Some(figures) = &report.figures else { return };

@@ -26,7 +26,9 @@ pub(super) fn clouds(ui: &mut Ui, session: &mut Session, report: &Report) {
     CollapsingHeader::new("weather map")
         .open(session.unfold.then_some(true))
         .show(ui, |ui| weather::weather(ui, clouds, &start, report, wishes));
-    ui.collapsing("shapes", |ui| names(ui, clouds, &report.shapes));
+    CollapsingHeader::new("shapes")
+        .open(session.unfold.then_some(true))
+        .show(ui, |ui| names(ui, clouds, &report.shapes));
     // Each number is in its range, but they may not go together.
     let less_than_a_cell = |map: &WeatherMap, cell: f64| map.extent.min_element() < cell;
     let cell = clouds.cell_size;

@@ -1,6 +1,6 @@
 //! Rows of the panel: a name, a value with its unit and range, and the way back.
 
-use egui::{Button, DragValue, RichText, Ui};
+use egui::{Button, DragValue, Response, RichText, Ui};
 use glam::DVec3;
 
 use crate::scene::limits::Range;
@@ -21,8 +21,9 @@ pub(super) fn number(
     start: f64,
 ) -> bool {
     let before = *value;
-    label(ui, name, hint, range);
-    drag(ui, range, value);
+    let told = told(hint, range);
+    ui.label(name).on_hover_text(&told);
+    drag(ui, range, value).on_hover_text(&told);
     back(ui, &text(start, range.unit), *value != start, || *value = start);
     ui.end_row();
     *value != before
@@ -38,10 +39,11 @@ pub(super) fn vector(
     start: DVec3,
 ) -> bool {
     let before = *value;
-    label(ui, name, hint, range);
+    let told = told(hint, range);
+    ui.label(name).on_hover_text(&told);
     ui.horizontal(|ui| {
         for axis in 0..3 {
-            drag(ui, range, &mut value[axis]);
+            drag(ui, range, &mut value[axis]).on_hover_text(&told);
         }
     });
     let told = start.to_array().map(|v| text(v, "")).join(", ");
@@ -61,10 +63,12 @@ pub(super) fn whole(
 ) -> bool {
     let before = *value;
     let (least, most) = (*range.start(), *range.end());
-    ui.label(name).on_hover_text(format!("{hint}; {least} to {most}"));
+    let told = format!("{hint}; {least} to {most}");
+    ui.label(name).on_hover_text(&told);
     let speed = (f64::from(most - least) * DRAG).clamp(0.05, 1e3);
     let mut chosen = *value;
-    ui.add(DragValue::new(&mut chosen).range(range).speed(speed).clamp_existing_to_range(false));
+    let widget = DragValue::new(&mut chosen).range(range).speed(speed);
+    ui.add(widget.clamp_existing_to_range(false)).on_hover_text(&told);
     if chosen != *value {
         *value = chosen.next_multiple_of(step).min(most);
     }
@@ -81,14 +85,13 @@ pub(super) fn back(ui: &mut Ui, start: &str, changed: bool, mut reset: impl FnMu
     }
 }
 
-fn label(ui: &mut Ui, name: &str, hint: &str, range: &Range) {
+/// What a row is about and in which range, for who points at it.
+fn told(hint: &str, range: &Range) -> String {
     let (least, most) = (text(range.least, ""), text(range.most, range.unit));
-    let told =
-        if range.most == f64::MAX { hint.to_owned() } else { format!("{hint}; {least} to {most}") };
-    ui.label(name).on_hover_text(told);
+    if range.most == f64::MAX { hint.to_owned() } else { format!("{hint}; {least} to {most}") }
 }
 
-fn drag(ui: &mut Ui, range: &Range, value: &mut f64) {
+fn drag(ui: &mut Ui, range: &Range, value: &mut f64) -> Response {
     let span = range.most - range.least;
     let speed = if span > WIDE { value.abs().max(1.0) * 10.0 * DRAG } else { span * DRAG };
     let suffix = if range.unit.is_empty() { String::new() } else { format!(" {}", range.unit) };
@@ -99,7 +102,7 @@ fn drag(ui: &mut Ui, range: &Range, value: &mut f64) {
         .suffix(suffix)
         .max_decimals(9)
         .clamp_existing_to_range(false);
-    ui.add(widget);
+    ui.add(widget)
 }
 
 /// A number as a person would write it.

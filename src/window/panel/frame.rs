@@ -90,7 +90,7 @@ fn passes(ui: &mut Ui, stats: &FrameStats) {
                 None => "skipped".to_owned(),
             });
             // The panel is no wider for a long reason.
-            ui.vertical(|ui| {
+            ui.horizontal(|ui| {
                 ui.set_max_width(REASON);
                 ui.add(Label::new(&pass.reason).wrap());
             });

@@ -1,6 +1,6 @@
 //! Sun, sky, ground and exposure.
 
-use egui::{ComboBox, Grid, Slider, Ui};
+use egui::{CollapsingHeader, ComboBox, Grid, Slider, Ui};
 
 use super::field;
 use crate::scene::{Ground, Scene, Sky, limits};
@@ -12,9 +12,10 @@ const PLAIN_SKY: f64 = 0.05;
 /// Day and place of the sun.
 pub(super) fn sun(ui: &mut Ui, session: &mut Session) {
     let mut day = session.day();
-    let hour = Slider::new(&mut day.hour, 0.0..=24.0).custom_formatter(short);
-    ui.add(hour.suffix(" h").text("time of day"));
-    ui.collapsing("season and place", |ui| {
+    let hour = Slider::new(&mut day.hour, 0.0..=24.0).custom_formatter(|hour, _| of_clock(hour));
+    ui.add(hour.custom_parser(from_clock).text("time of day"));
+    let season = CollapsingHeader::new("season and place").open(session.unfold.then_some(true));
+    season.show(ui, |ui| {
         ui.add(Slider::new(&mut day.day, 1.0..=365.0).integer().text("day of the year"));
         let latitude = Slider::new(&mut day.latitude, -90.0..=90.0).custom_formatter(short);
         ui.add(latitude.suffix("°").text("latitude"));
@@ -105,7 +106,42 @@ pub(super) fn lenient(slider: Slider<'_>) -> Slider<'_> {
     slider.clamping(egui::SliderClamping::Edits)
 }
 
+/// Hours as a clock shows them.
+fn of_clock(hour: f64) -> String {
+    let minutes = (60.0 * hour).round();
+    format!("{:.0}:{:02.0}", (minutes / 60.0).floor(), minutes.rem_euclid(60.0))
+}
+
+/// Hours from `9:15`, `9.25` or `9`.
+fn from_clock(text: &str) -> Option<f64> {
+    let Some((hours, minutes)) = text.trim().split_once(':') else {
+        return text.trim().parse().ok();
+    };
+    let (hours, minutes): (f64, f64) = (hours.parse().ok()?, minutes.parse().ok()?);
+    (0.0..60.0).contains(&minutes).then_some(hours + minutes / 60.0)
+}
+
 /// Few digits, where the value has more: a slider with few decimals would round it untouched.
 fn short(value: f64, _: std::ops::RangeInclusive<usize>) -> String {
     format!("{value:.2}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hours_are_read_as_they_are_shown() {
+        for (hour, shown) in
+            [(0.0, "0:00"), (9.25, "9:15"), (12.0, "12:00"), (23.999, "24:00"), (24.0, "24:00")]
+        {
+            assert_eq!(of_clock(hour), shown);
+            let read = from_clock(shown).expect("a time");
+            assert!((read - hour).abs() < 1.0 / 60.0, "{shown}");
+        }
+        assert_eq!((from_clock("9.5"), from_clock(" 9 ")), (Some(9.5), Some(9.0)));
+        for nonsense in ["", "9:75", "9:", "noon", "9:-1"] {
+            assert_eq!(from_clock(nonsense), None, "{nonsense}");
+        }
+    }
 }

@@ -21,7 +21,7 @@ fn report() -> Report {
         },
         message: Message { text: "a message".to_owned(), number: 1 },
         mistake: Some("line 3: a mistake".to_owned()),
-        map_mistake: Some("no image".to_owned()),
+        map_mistakes: [("map.png".into(), "no image".to_owned())].into(),
         shapes: vec!["uniform".to_owned(), "soft-1".to_owned()],
         ..Report::default()
     }
@@ -141,7 +141,7 @@ fn the_same_message_twice_is_shown_twice() {
     let mut report = Report::default();
     let is_shown = |report: &Report, time| {
         let input = egui::RawInput { time: Some(time), ..Default::default() };
-        let output = ctx.run_ui(input, |ui| notes::news(ui.ctx(), report));
+        let output = ctx.run_ui(input, |ui| notes::news(ui.ctx(), report, &mut Corner::default()));
         let texts = output.shapes.iter().filter_map(|clipped| match &clipped.shape {
             egui::Shape::Text(shape) => Some(shape.galley.text().to_owned()),
             _ => None,
@@ -156,5 +156,42 @@ fn the_same_message_twice_is_shown_twice() {
         is_shown(&report, begin);
         assert!(is_shown(&report, begin + 1.0), "told at {begin}");
         assert!(!is_shown(&report, begin + 50.0), "told at {begin}");
+    }
+}
+
+/// Keys, news and mistakes share a corner; what is told beside the picture stands above it.
+#[test]
+fn no_note_hides_another() {
+    for size in [egui::vec2(640.0, 480.0), egui::vec2(1280.0, 720.0), egui::vec2(1920.0, 1080.0)] {
+        let ctx = egui::Context::default();
+        let mut session = session();
+        (session.help, session.panel) = (true, false);
+        session.clock.running = false;
+        session.compare.wanted = true;
+        let later = Report { has_picture: true, legend: Some("colours".to_owned()), ..report() };
+        let first = Report {
+            mistake: None,
+            map_mistakes: BTreeMap::new(),
+            message: Message::default(),
+            ..later.clone()
+        };
+        // What was there alone makes room.
+        for report in [&first, &first, &first, &later, &later, &later] {
+            let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size));
+            let input = egui::RawInput { screen_rect, ..Default::default() };
+            let output = ctx.run_ui(input, |ui| show(ui.ctx(), &mut session, report));
+            output.drop_without_applying_deltas();
+        }
+        let rect = |name: &str| {
+            let rect = ctx.memory(|memory| memory.area_rect(egui::Id::unique(name)));
+            rect.unwrap_or_else(|| panic!("{name} is not shown"))
+        };
+        // From below to above.
+        let names = ["Mistake in the file", "News", "Keys", "Beside the picture"];
+        let rects = names.map(rect);
+        for (pair, names) in rects.windows(2).zip(names.windows(2)) {
+            assert!(pair[1].bottom() <= pair[0].top(), "{names:?} in {size}: {pair:?}");
+        }
+        assert!(rects[0].bottom() <= size.y && rects[3].top() >= 0.0, "{rects:?}");
     }
 }

@@ -31,6 +31,10 @@ pub(super) fn run(
     };
     let of_processor = cpu_time::ProcessTime::now().as_duration().as_secs_f64();
     tracing::info!("device ready after {of_processor:.3} s of processor time");
+    let gpu = match crate::output::cache_folder() {
+        Some(folder) => gpu.keeping_pipelines(&folder),
+        None => gpu,
+    };
     *lock(&shared.gpu) = Some(gpu.clone());
     let mut maker = Maker {
         gpu,
@@ -42,6 +46,7 @@ pub(super) fn run(
         compiled: false,
     };
     let tell = |news| reply(0, news);
+    let mut kept = 0;
     while let Some((number, errand)) = shared.next() {
         let done = match errand {
             Errand::Show(order) => {
@@ -59,6 +64,10 @@ pub(super) fn run(
             }
             // A bad value or a full disk is no reason to end.
             Err(error) => reply(number, Reply::Refused(error)),
+        }
+        // After the picture, which nobody should wait longer for.
+        if std::mem::replace(&mut kept, maker.gpu.compiled()) < maker.gpu.compiled() {
+            maker.gpu.keep_pipelines();
         }
     }
 }
