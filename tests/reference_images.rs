@@ -52,6 +52,7 @@ fn agrees(name: &str) {
         filter: Filter::Box,
         // Not the pictures' own paths.
         seed: 1,
+        aim: None,
     };
     let mut film = Film::new(SMALL);
     let tables = TableSet::embedded().expect("tables");

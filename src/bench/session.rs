@@ -203,8 +203,15 @@ impl Order {
             }
         }
         let Some(spp) = self.spp else { return Ok(None) };
-        let exposure =
-            Exposure { size, time: 0.0, shutter: 0.0, lens: None, filter: Filter::Box, seed: 0 };
+        let exposure = Exposure {
+            size,
+            time: 0.0,
+            shutter: 0.0,
+            lens: None,
+            filter: Filter::Box,
+            seed: 0,
+            aim: None,
+        };
         let mut film = Film::new(size);
         exposure.expose(scene, tables, &mut film, spp, |_| Ok(()))?;
         let mut picture = measured("reference", size, &film.radiance());

@@ -57,6 +57,11 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
     number(text, &Range { least: 0.0, most: 1.0, unit: "" }, "a number")
 }
 
+/// A standard error over the value.
+pub(super) fn noise(text: &str) -> Result<f64, String> {
+    number(text, &Range { least: 1e-4, most: 1.0, unit: "" }, "a number")
+}
+
 /// The cosine of an angle from the zenith, of something above the horizon.
 pub(super) fn cosine(text: &str) -> Result<f64, String> {
     number(text, &Range { least: 1e-6, most: 1.0, unit: "" }, "a cosine")

@@ -51,6 +51,13 @@ impl Progress {
         }
     }
 
+    /// There are other steps in all than was thought.
+    pub fn set_length(&self, steps: u64) {
+        if self.bar.length() != Some(steps) {
+            self.bar.set_length(steps);
+        }
+    }
+
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

@@ -132,15 +132,15 @@ impl<'a> Work<'a> {
         }
         let mut film = begin(&partial_path, &key, &exposure, wanted)?;
 
-        let height = u64::from(exposure.size[1]);
-        let done = |film: &Film| u64::from(film.samples) * height + u64::from(film.rows);
-        let progress = Progress::new(u64::from(wanted) * height, "rows of samples");
-        progress.advance(done(&film), true);
-        let mut saved = Saved::new(done(&film), Duration::from_secs_f64(args.truth.save_every));
+        let progress = Progress::new(all_paths(&film, &exposure, wanted), "paths");
+        progress.advance(film.total(), true);
+        let mut saved = Saved::new(film.total(), Duration::from_secs_f64(args.truth.save_every));
         let expose = || {
             exposure.expose(scene, &self.tables, &mut film, wanted, |film| {
-                progress.advance(done(film) - saved.rows, false);
-                saved.rows = done(film);
+                progress.set_length(all_paths(film, &exposure, wanted));
+                let done = film.total();
+                progress.advance(done - saved.paths, false);
+                saved.paths = done;
                 if saved.is_due() {
                     let start = Instant::now();
                     partial::save(&partial_path, &key, film)?;
@@ -157,6 +157,15 @@ impl<'a> Work<'a> {
         write(files, scene, &film)?;
         remove(&partial_path)
     }
+}
+
+/// Paths of the whole picture, as far as that is known: before it is decided how many each pixel
+/// gets, as if it were the most.
+fn all_paths(film: &Film, exposure: &Exposure, wanted: u32) -> u64 {
+    if film.wanted.is_empty() {
+        return u64::from(wanted) * exposure.size.map(u64::from).iter().product::<u64>();
+    }
+    film.wanted.iter().map(|n| u64::from(*n)).sum()
 }
 
 /// The samples there are.
@@ -196,15 +205,15 @@ fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce() -> R + Send) 
 
 /// When what there is was saved last.
 struct Saved {
-    rows: u64,
+    paths: u64,
     last: Instant,
     every: Duration,
     wait: Duration,
 }
 
 impl Saved {
-    fn new(rows: u64, every: Duration) -> Self {
-        Self { rows, last: Instant::now(), every, wait: every }
+    fn new(paths: u64, every: Duration) -> Self {
+        Self { paths, last: Instant::now(), every, wait: every }
     }
 
     fn is_due(&self) -> bool {

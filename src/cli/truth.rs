@@ -8,7 +8,7 @@ use super::args;
 use crate::error::{Error, Result};
 use crate::frame::Picture;
 use crate::output::{self, Format, Layers, check_target, write_picture};
-use crate::reference::{Exposure, Filter, Lens};
+use crate::reference::{Aim, Exposure, Filter, Lens};
 use crate::scene::Camera;
 
 /// The options.
@@ -25,6 +25,10 @@ pub struct TruthArgs {
     /// Paths a pixel of --reference
     #[arg(long, value_name = "N", default_value = "64", value_parser = args::samples_a_pixel, requires = "reference")]
     pub spp: u32,
+    /// Give each pixel of --reference as many paths as take the standard error of its brightness to
+    /// this share of it, up to --spp; three times that where --spp is not enough or clouds hide less than half
+    #[arg(long, value_name = "SHARE", value_parser = args::noise, requires = "reference")]
+    pub std_error: Option<f64>,
     /// Another seed is another set of paths
     #[arg(long, value_name = "N", default_value = "0", requires = "reference")]
     pub seed: u64,
@@ -66,7 +70,8 @@ impl TruthArgs {
         let focus = self.focus.unwrap_or(camera.focus());
         let lens = (aperture > 0.0).then_some(Lens { aperture, focus });
         let &Self { filter, seed, .. } = self;
-        Ok(Exposure { size, time, shutter, lens, filter, seed })
+        let aim = self.std_error.map(|standard_error| Aim { standard_error, most: self.spp });
+        Ok(Exposure { size, time, shutter, lens, filter, seed, aim })
     }
 
     /// Where the picture goes.

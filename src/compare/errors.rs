@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::frame::cpu::tonemap;
 
 /// Luminance of linear Rec. 709.
-pub(super) const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+pub(crate) const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
 /// relMSE divides by the square of the reference plus this share of its mean's square, so that
 /// what is black does not count for everything; no unit enters.

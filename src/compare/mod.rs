@@ -5,5 +5,6 @@ mod errors;
 pub mod flip;
 mod picture;
 
+pub(crate) use errors::LUMINANCE;
 pub use errors::{Differences, Report, compare};
 pub use picture::{Kind, Measured};

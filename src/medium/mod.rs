@@ -1,5 +1,6 @@
 //! What a particle is made of: how it scatters light, and where inside the unit sphere it is.
 
+mod bricks;
 pub mod halo;
 pub mod phase;
 pub mod shape;

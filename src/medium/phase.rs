@@ -289,10 +289,12 @@ fn sample_draine(l: &PreparedPhase, u: f64) -> f64 {
         }
         let newton = s - excess / density(s);
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-        if (next - s).abs() < 1e-15 {
+        let step = (next - s).abs();
+        s = next;
+        // The digits double with every step.
+        if step < 1e-8 {
             break;
         }
-        s = next;
     }
     ((q - s * s) / (2.0 * g)).clamp(-1.0, 1.0)
 }

@@ -45,7 +45,10 @@ impl Film {
     /// a single sample is unknown: there is none then.
     pub fn layers(&self) -> Layers {
         let estimates: Vec<_> = (0..self.pixels.len()).map(|i| self.estimates(i)).collect();
-        let comment = format!("{MEANING} {} samples a pixel.", self.samples);
+        let counts = (0..self.pixels.len()).map(|i| self.count(i));
+        let (least, most) = (counts.clone().min().unwrap_or(0), counts.max().unwrap_or(0));
+        let samples = if least < most { format!("{least} to {most}") } else { most.to_string() };
+        let comment = format!("{MEANING} {samples} samples a pixel.");
         let mut layers = Layers { size: self.size, comment, ..Layers::default() };
         for (channel, name) in ["R", "G", "B", "T"].into_iter().enumerate() {
             layers.add(name, estimates.iter().map(|e| e[channel].value as f32));

@@ -51,12 +51,14 @@ impl Pixel {
 pub struct Film {
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// Samples every pixel has.
+    /// Samples every pixel has, unless it wants fewer.
     pub samples: u32,
     /// Rows from the top that have one more.
     pub rows: u32,
     /// Rows from top to bottom.
     pub pixels: Vec<Pixel>,
+    /// Samples that each pixel is to get; empty where all get the same.
+    pub wanted: Vec<u32>,
 }
 
 /// What scrambled points are for.
@@ -69,10 +71,16 @@ impl Film {
     /// No samples yet.
     pub fn new(size: [u32; 2]) -> Self {
         let count = size[0] as usize * size[1] as usize;
-        Self { size, samples: 0, rows: 0, pixels: vec![Pixel::default(); count] }
+        Self {
+            size,
+            samples: 0,
+            rows: 0,
+            pixels: vec![Pixel::default(); count],
+            wanted: Vec::new(),
+        }
     }
 
-    /// Adds one sample to every pixel of the next `rows` rows, at most up to the last one. The
+    /// Adds one sample to every pixel of the next `rows` rows that wants one, at most up to the last row. The
     /// result depends on the seed and the samples before, not on threads or on how the rows are
     /// split.
     pub fn expose_rows(
@@ -87,10 +95,13 @@ impl Film {
         let columns = self.size[0] as usize;
         let end = self.rows.saturating_add(rows).min(self.size[1]);
         let (first, last) = (self.rows as usize * columns, end as usize * columns);
-        let sample = self.samples;
+        let (sample, wanted) = (self.samples, &self.wanted);
         self.pixels[first..last].par_iter_mut().enumerate().with_min_len(8).for_each(
             |(offset, pixel)| {
                 let index = first + offset;
+                if wanted.get(index).is_some_and(|wanted| sample >= *wanted) {
+                    return;
+                }
                 let points = |purpose: Use| Points::new(seed, index as u64, purpose as u64);
                 let inside = match view.filter {
                     Filter::Box => points(Use::Pixel).at(sample),
@@ -128,10 +139,25 @@ impl Film {
         }
     }
 
+    /// Samples that a pixel has.
+    pub fn count(&self, index: usize) -> u32 {
+        let ahead = index < self.rows as usize * self.size[0] as usize;
+        let count = self.samples + u32::from(ahead);
+        self.wanted.get(index).map_or(count, |wanted| count.min(*wanted))
+    }
+
+    /// Samples that all pixels have together.
+    pub fn total(&self) -> u64 {
+        if self.wanted.is_empty() {
+            let rows = u64::from(self.samples) * u64::from(self.size[1]) + u64::from(self.rows);
+            return rows * u64::from(self.size[0]);
+        }
+        (0..self.pixels.len()).map(|index| u64::from(self.count(index))).sum()
+    }
+
     /// Radiance of a pixel with its standard errors: red, green, blue, transmittance.
     pub fn estimates(&self, index: usize) -> [Estimate; CHANNELS] {
-        let ahead = index < self.rows as usize * self.size[0] as usize;
-        let count = f64::from(self.samples + u32::from(ahead));
+        let count = f64::from(self.count(index));
         [0, 1, 2, 3].map(|channel| self.pixels[index].estimate(count, channel))
     }
 

@@ -284,6 +284,18 @@ impl ParticleGrid {
         (extinction - f64::from(member.low)) / f64::from(member.span)
     }
 
+    /// The fine cell in which a ray begins, and where it leaves it, m; none where there is nothing.
+    fn first(&self, ray: &Ray, inverse: DVec3) -> Option<(usize, f64)> {
+        let c = self.cells.at(ray.origin);
+        let block = self.blocks[self.cells.index(c)];
+        if block.side == 0 {
+            return None;
+        }
+        let fine = self.fine(c, block.side);
+        let f = fine.at(ray.origin);
+        Some((block.first as usize + fine.index(f), fine.leaves(f, ray, inverse)))
+    }
+
     fn piece(&self, cell: usize, begin: f64, end: f64) -> Option<Piece> {
         let minorant = self.minorants[cell];
         let majorant = minorant + self.spans[cell];
@@ -317,7 +329,21 @@ fn list<'a, T>(begins: &[u32], entries: &'a [T], cell: usize) -> &'a [T] {
 impl Medium for ParticleGrid {
     fn pieces(&self, ray: &Ray, limit: f64, visit: &mut impl FnMut(Piece) -> ControlFlow<()>) {
         let inverse = ray.dir.recip();
-        let Some(span) = self.cells.span(ray, inverse, limit) else { return };
+        let Some(mut span) = self.cells.span(ray, inverse, limit) else { return };
+        // Most flights of scattered paths end in the cell in which they begin.
+        if span.0 == 0.0
+            && let Some((cell, end)) = self.first(ray, inverse)
+        {
+            let end = end.min(span.1);
+            if end > 0.0 {
+                if let Some(piece) = self.piece(cell, 0.0, end)
+                    && visit(piece).is_break()
+                {
+                    return;
+                }
+                span.0 = end;
+            }
+        }
         // Whether it breaks does not matter: there is nothing after it.
         let _ = self.cells.walk(ray, inverse, span, |c, begin, end| {
             let block = self.blocks[self.cells.index(c)];

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::allotment::{Aim, PILOT};
 use super::film::Film;
 use super::points::Points;
 use super::view::{Filter, Lens, View};
@@ -25,6 +26,9 @@ pub struct Exposure {
     pub filter: Filter,
     /// Another seed is another set of paths.
     pub seed: u64,
+    /// How noisy pixels may be that get as many paths as that takes; none where all get the same.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aim: Option<Aim>,
 }
 
 /// Paths of one step of work: a second or so, with clouds.
@@ -41,8 +45,13 @@ impl Exposure {
         self.time + self.shutter * Points::new(self.seed, NO_PIXEL, 0).at(sample)[0]
     }
 
-    /// Adds samples to a film until every pixel has `samples`. `step` hears of every step, and may
-    /// end the work by an error.
+    /// Samples a pixel after which it is decided how many each pixel is to get in all, if that is.
+    pub fn pilot(&self) -> Option<u32> {
+        self.aim.filter(|aim| aim.most > PILOT).map(|_| PILOT)
+    }
+
+    /// Adds samples to a film until every pixel has `samples`, or as many as it wants where there is
+    /// an aim. `step` hears of every step, and may end the work by an error.
     pub fn expose(
         &self,
         scene: &Scene,
@@ -58,7 +67,13 @@ impl Exposure {
         let mut time = self.sample_time(film.samples);
         let mut world = World::new(scene, tables, time)?;
         let rows = STEP_PATHS.div_ceil(self.size[0]);
-        while film.samples < samples {
+        let last = |film: &Film| film.wanted.iter().copied().max().unwrap_or(samples).min(samples);
+        while film.samples < last(film) {
+            if let Some(aim) = self.aim.filter(|_| Some(film.samples) == self.pilot())
+                && film.rows == 0
+            {
+                film.wanted = aim.allot(film);
+            }
             let wanted = self.sample_time(film.samples);
             if wanted != time {
                 world.set_time(wanted)?;

@@ -1,6 +1,7 @@
 //! The reference: light through the very particles, density and phase function of the frame, by
 //! unbiased path tracing on the host. It says how wrong a picture is.
 
+mod allotment;
 mod atmosphere_sky;
 mod bounds;
 mod develop;
@@ -27,6 +28,7 @@ mod view;
 mod walk;
 mod world;
 
+pub use allotment::{Aim, PILOT};
 pub use atmosphere_sky::AtmosphereSky;
 pub use develop::picture;
 pub use exact::{AIR_STEPS, Exact, ExactPixel, SunTruth};

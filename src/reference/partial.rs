@@ -9,10 +9,11 @@ use crate::error::{Error, Result};
 use crate::output::write_atomically;
 
 /// First bytes of the file; the number is the version of what follows.
-const MAGIC: &[u8; 16] = b"cumuli partial 1";
+const MAGIC: &[u8; 16] = b"cumuli partial 2";
 
-/// Fixed bytes: magic, length of the key, size, samples, rows.
-const HEAD: usize = MAGIC.len() + 5 * 4;
+/// Fixed bytes: magic, length of the key, size, samples, rows, and for how many pixels (all or none)
+/// it is told how many samples they want.
+const HEAD: usize = MAGIC.len() + 6 * 4;
 
 /// Bytes of the sum at the end.
 const SUM: usize = 8;
@@ -27,12 +28,15 @@ fn sum(bytes: &[u8]) -> u64 {
 pub fn save(path: &Path, key: &str, film: &Film) -> Result<()> {
     let mut bytes = Vec::with_capacity(HEAD + key.len() + size_of_val(&film.pixels[..]) + SUM);
     bytes.extend_from_slice(MAGIC);
-    let numbers = [key.len() as u32, film.size[0], film.size[1], film.samples, film.rows];
+    let [width, height] = film.size;
+    let numbers =
+        [key.len() as u32, width, height, film.samples, film.rows, film.wanted.len() as u32];
     bytes.extend(numbers.into_iter().flat_map(u32::to_le_bytes));
     bytes.extend_from_slice(key.as_bytes());
     for pixel in &film.pixels {
         bytes.extend(pixel.mean.iter().chain(&pixel.spread).flat_map(|v| v.to_le_bytes()));
     }
+    bytes.extend(film.wanted.iter().flat_map(|n| n.to_le_bytes()));
     bytes.extend(sum(&bytes).to_le_bytes());
     write_atomically(path, |out| out.write_all(&bytes))
 }
@@ -46,6 +50,10 @@ pub enum Found {
     Same(Film),
     /// Samples of another picture.
     Other,
+}
+
+fn u32_of(bytes: &[u8]) -> u32 {
+    bytes.iter().rev().fold(0, |n, byte| n << 8 | u32::from(*byte))
 }
 
 /// Reads the samples so far of the picture that `key` describes.
@@ -66,7 +74,7 @@ pub fn load(path: &Path, key: &str, size: [u32; 2]) -> Result<Found> {
     }
     let number = |i: usize| -> u32 {
         let at = MAGIC.len() + 4 * i;
-        body[at..at + 4].iter().rev().fold(0, |n, byte| n << 8 | u32::from(*byte))
+        u32_of(&body[at..at + 4])
     };
     let pixels_at = HEAD + number(0) as usize;
     if body.get(HEAD..pixels_at) != Some(key.as_bytes()) {
@@ -74,17 +82,21 @@ pub fn load(path: &Path, key: &str, size: [u32; 2]) -> Result<Found> {
     }
     let film = Film::new(size);
     let [samples, rows] = [number(3), number(4)];
-    let pixels = &body[pixels_at..];
+    let wanted_at = pixels_at + size_of_val(&film.pixels[..]);
+    let told = number(5) as usize;
     let whole = [number(1), number(2)] == size
         && rows < size[1]
-        && pixels.len() == size_of_val(&film.pixels[..]);
+        && (told == 0 || told == film.pixels.len())
+        && body.len() == wanted_at + 4 * told;
     if !whole {
         return Err(damaged());
     }
+    let (pixels, wanted) = (&body[pixels_at..wanted_at], &body[wanted_at..]);
+    let wanted = wanted.as_chunks::<4>().0.iter().map(|bytes| u32_of(bytes)).collect();
     let mut numbers = pixels.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
     let mut four = || [0; 4].map(|_| numbers.next().unwrap_or_default());
     let pixels = film.pixels.iter().map(|_| Pixel { mean: four(), spread: four() }).collect();
-    Ok(Found::Same(Film { size, samples, rows, pixels }))
+    Ok(Found::Same(Film { size, samples, rows, pixels, wanted }))
 }
 
 #[cfg(test)]
@@ -109,6 +121,9 @@ mod tests {
         save(&path, "key", &film()).expect("written");
         assert_eq!(load(&path, "key", [3, 2]).expect("whole"), Found::Same(film()));
         assert_eq!(load(&path, "another", [3, 2]).expect("whole"), Found::Other);
+        let decided = Film { wanted: vec![8, 0, u32::MAX, 128, 7, 9], ..film() };
+        save(&path, "key", &decided).expect("written");
+        assert_eq!(load(&path, "key", [3, 2]).expect("whole"), Found::Same(decided));
     }
 
     #[test]

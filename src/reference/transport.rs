@@ -1,4 +1,14 @@
 //! Light through a medium: the one walk that slabs, spheres and scenes share.
+//!
+//! What makes a path noisy and slow was measured in the scenes that ship (`examples/path_noise.rs`;
+//! squared noise of the median pixel with clouds, of cumulus, flight and sunset). Paths cut off after
+//! 4, 16 and 64 collisions: 2.6, 8.0, 0.6; 3.2, 5.0, 0.8; 3.2, 3.5, 1.0; whole ones 3.1, 3.4, 1.2,
+//! in 11, 20, 31 and 33 us (cumulus): no stretch of the way is much noisier for its time than the
+//! others, so neither splitting early nor roulette later has anything to win. With 30 times the rays
+//! to the sun 2.1, 2.4 and 0.8 are left, and time times noise is 5 times as much; with 4 times the
+//! rays it is 1.6 times, with half 1.0 to 1.3 times. What did win was time: densities in bricks
+//! (`medium/bricks.rs`) and fewer steps of Newton's in Draine's lobe, together 1.3 times; and
+//! paths where the noise is (`allotment.rs`). Finer cells (0.35, 0.25 in place of 0.5 radii) are alike.
 
 use std::f64::consts::{PI, TAU};
 

@@ -60,6 +60,15 @@ impl Cells {
         (begin < end).then_some((begin, end))
     }
 
+    /// Where a ray that begins in a cell leaves it, m.
+    pub fn leaves(&self, c: IVec3, ray: &Ray, inverse_dir: DVec3) -> f64 {
+        let low = self.corner(c);
+        let wall = DVec3::select(ray.dir.cmpgt(DVec3::ZERO), low + self.cell, low);
+        let at = (wall - ray.origin) * inverse_dir;
+        // Along an axis across which it does not move it never does.
+        DVec3::select(ray.dir.cmpeq(DVec3::ZERO), DVec3::INFINITY, at).min_element()
+    }
+
     /// Hands every cell that a part of a ray within the box passes to `visit`, in order, with
     /// where the ray enters and leaves it. `inverse_dir` is 1 / direction.
     pub fn walk(

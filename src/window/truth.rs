@@ -120,7 +120,7 @@ impl Drop for Truth {
 fn exposure_of(camera: &Camera, size: [u32; 2], time: f64) -> Exposure {
     let (aperture, focus) = (camera.aperture, camera.focus());
     let lens = (aperture > 0.0).then_some(Lens { aperture, focus });
-    Exposure { size, time, shutter: camera.shutter, lens, filter: Filter::Box, seed: 0 }
+    Exposure { size, time, shutter: camera.shutter, lens, filter: Filter::Box, seed: 0, aim: None }
 }
 
 /// What the thread needs.

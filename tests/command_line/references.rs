@@ -74,6 +74,34 @@ fn a_killed_run_goes_on_to_the_same_bytes() {
     }
 }
 
+/// The same of a run whose pixels get paths by their noise: killed after that was decided.
+#[test]
+fn a_killed_run_to_an_error_goes_on_to_the_same_bytes() {
+    let place = Place::new();
+    // 128 paths a pixel are the pilot.
+    let render = "render --scene small.toml --reference --size 48x32 --spp 400 --save-every 0";
+    let render = format!("{render} --std-error 0.02 --half");
+    let whole = place.works(&format!("{render} --threads 1 --out whole.exr"));
+    // A uniform sky needs no more paths: the end was told before all of them.
+    assert!(!whole.err.contains(&format!("/{}", 48 * 32 * 400 + 1)), "{}", whole.err);
+    let comment = Layers::read(&place.path("whole.exr"), 1000).expect("an EXR").comment;
+    assert!(comment.contains("128 to 400 samples"), "{comment}");
+    let decided = 4 * 48 * 32 + 8 * 8 * 48 * 32;
+    let mut child =
+        place.command(&format!("{render} --out killed.exr")).spawn().expect("the program starts");
+    let start = Instant::now();
+    let partial = place.path("killed.exr.partial");
+    while std::fs::metadata(&partial).map_or(0, |found| found.len()) < decided {
+        assert!(start.elapsed() < Duration::from_secs(120), "nothing was decided");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("an end");
+    assert!(partial.exists(), "the run ended before it was killed: give it more samples");
+    place.works(&format!("{render} --out killed.exr"));
+    assert!(place.read("whole.exr") == place.read("killed.exr"), "the pictures differ");
+}
+
 /// With an open shutter the clouds' motion is in the picture; each time alone is another picture.
 #[test]
 fn the_shutter_blurs_what_moves() {
