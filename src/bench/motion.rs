@@ -16,7 +16,7 @@ use crate::{Error, Result};
 
 /// The frame of a flight that is looked at. The same in every bench, so that what is kept of the reference
 /// fits.
-const FRAME: u32 = 16;
+pub(super) const FRAME: u32 = 16;
 /// Flicker is measured in the middle of the picture, of so many parts along both axes: the exact compositor
 /// takes 2 ms of a processor for every pixel.
 pub(super) const WINDOW: u32 = 3;

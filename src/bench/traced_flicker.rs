@@ -19,9 +19,11 @@ use super::cases::{Case, FPS};
 use super::flicker::{Followed, Seen, followed, middle_of};
 use super::record::TracedFlicker;
 use super::session::Listener;
+use crate::frame::gpu_data::Particle;
 use crate::frame::population::Shapes;
 use crate::output::write_atomically;
 use crate::reference::{Filter, Moments, Random, View, Window, World};
+use crate::scene::Scene;
 use crate::tables::TableSet;
 use crate::{Error, Result};
 
@@ -54,6 +56,24 @@ pub struct Subject {
 }
 
 impl Subject {
+    /// Of a frame and the one before it: their scenes at their times, s.
+    fn of(
+        tables: &TableSet,
+        frame: u32,
+        scenes: [(&Scene, f64); 2],
+        size: [u32; 2],
+        window: Window,
+    ) -> Result<Self> {
+        let shapes = Shapes::new(tables);
+        let one = |p: &Particle| f64::from(p.radius).powi(3) * f64::from(p.extinction);
+        let matter = |(scene, time): (&Scene, f64)| -> Result<f64> {
+            Ok(shapes.populate(scene, time)?.iter().map(one).sum())
+        };
+        let [before, after] = scenes;
+        let matter = [matter(before)?, matter(after)?];
+        Ok(Self { frame, fps: FPS, size, window: [window.corner, window.size], matter })
+    }
+
     fn is(&self, other: &Self) -> bool {
         let near = |a: f64, b: f64| (a - b).abs() <= SAME_MATTER * a.abs().max(b.abs());
         let matter = self.matter.iter().zip(other.matter).all(|(a, b)| near(*a, b));
@@ -89,21 +109,8 @@ impl Tracing<'_> {
         listener: &mut dyn Listener,
     ) -> Result<Option<TracedFlicker>> {
         let path = self.path(case);
-        let shapes = Shapes::new(self.tables);
-        let matter = |seen: &Seen| -> Result<f64> {
-            let particles = shapes.populate(&seen.scene, seen.time)?;
-            let one = |p: &crate::frame::gpu_data::Particle| {
-                f64::from(p.radius).powi(3) * f64::from(p.extinction)
-            };
-            Ok(particles.iter().map(one).sum())
-        };
-        let subject = Subject {
-            frame,
-            fps: FPS,
-            size,
-            window: [window.corner, window.size],
-            matter: [matter(before)?, matter(after)?],
-        };
+        let scenes = [before, after].map(|seen| (&seen.scene, seen.time));
+        let subject = Subject::of(self.tables, frame, scenes, size, window)?;
         if let Some(kept) = read(&path).filter(|kept| kept.subject.is(&subject)) {
             return Ok(Some(kept.flicker));
         }
@@ -211,7 +218,10 @@ mod tests {
     use glam::DVec4;
 
     use super::*;
-    use crate::scene::{Scene, Sky};
+    use crate::bench::cases::cases;
+    use crate::bench::motion::{FRAME, WINDOW};
+    use crate::bench::session::REFERENCE_SIZE;
+    use crate::scene::Sky;
 
     const SIZE: [u32; 2] = [24, 16];
 
@@ -295,5 +305,24 @@ mod tests {
         std::fs::write(dir.path().join("a-case-flicker.json"), "{}").expect("written");
         assert_eq!(get(None, 5), None, "damaged");
         assert_eq!(get(Some(2), 5), traced, "traced again");
+    }
+
+    /// What is kept beside the reference pictures is of the clouds that there are today.
+    #[test]
+    fn the_flights_own_flicker_is_kept() {
+        let tables = TableSet::embedded().expect("the built-in tables");
+        let cases = cases().expect("built in");
+        let case = cases.iter().find(|case| case.name == "flight").expect("a flight");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/references");
+        let tracing = Tracing { tables: &tables, folder: &folder, pairs: None };
+        let [before, after] = [FRAME - 1, FRAME].map(|frame| case.frame(frame));
+        let scenes = [(&before.0, before.1), (&after.0, after.1)];
+        let window = Window::middle(REFERENCE_SIZE, WINDOW);
+        let subject =
+            Subject::of(&tables, FRAME, scenes, REFERENCE_SIZE, window).expect("particles");
+        let kept = read(&tracing.path(case)).expect("made by scripts/reference-images");
+        assert!(kept.subject.is(&subject), "{:?}, not {subject:?}", kept.subject);
+        let TracedFlicker { flicker, interval: [low, high], pixels, .. } = kept.flicker;
+        assert!(low <= flicker && flicker <= high && high < 0.02 && pixels > 100, "{kept:?}");
     }
 }
