@@ -241,3 +241,34 @@ fn what_is_no_file_is_refused() {
     #[cfg(unix)]
     assert!(TableSet::load(Path::new("/dev/zero")).is_err());
 }
+
+/// Every second node says nearly the same, in fewer bytes. Found: an RMS of 0.046 of density 1, and
+/// of 9 % of the light; it may be twice as much, and must be more than rounding.
+#[test]
+fn thinned_tables_are_smaller_and_nearly_alike() {
+    let whole = TableSet::embedded().expect("the built-in tables");
+    let thin = whole.thinned().expect("tables");
+    let phase = Phase::Mie { diameter_um: 20.0 };
+    let scattering = [&whole, &thin].map(|t| t.scattering_for(&phase, 1.0).expect("built in"));
+    assert_eq!(scattering[1].resolution(), scattering[0].resolution().map(|n| n.div_ceil(2)));
+    let mut random = cumuli::reference::Random::new(3, 0, 0);
+    let mut on_sphere = || {
+        let (z, turn) = (2.0 * random.unit() - 1.0, std::f64::consts::TAU * random.unit());
+        let across = (1.0 - z * z).sqrt();
+        glam::DVec3::new(across * turn.cos(), across * turn.sin(), z)
+    };
+    const RAYS: usize = 4000;
+    let (mut depth, mut light, mut all_light) = (0.0, 0.0, 0.0);
+    for _ in 0..RAYS {
+        let (entry, exit, sun) = (on_sphere(), on_sphere(), on_sphere());
+        let density = [&whole, &thin].map(|t| f64::from(t.chord_step(1, entry, exit).mean_density));
+        depth += (density[0] - density[1]).powi(2);
+        let source = scattering.map(|t| t.lookup(entry, (exit - entry).normalize(), sun, 4.0)[1]);
+        light += (source[0] - source[1]).powi(2);
+        all_light += source[0].powi(2);
+    }
+    let (depth, light) = ((depth / RAYS as f64).sqrt(), (light / all_light).sqrt());
+    println!("RMS {depth:.4} of the mean density, {light:.4} of the light");
+    assert!((0.01..0.1).contains(&depth), "{depth}");
+    assert!((0.01..0.2).contains(&light), "{light}");
+}

@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn a_window_is_cut_out() {
         let whole = picture([8, 4], |x, y| (10 * y + x) as f32);
-        let middle = cut_picture(&whole, Window::middle(whole.size));
+        let middle = cut_picture(&whole, Window::middle(whole.size, 2));
         assert_eq!(middle.size, [4, 2]);
         let light: Vec<f32> = middle.radiance.iter().map(|p| p[0]).collect();
         assert_eq!(light, [12.0, 13.0, 14.0, 15.0, 22.0, 23.0, 24.0, 25.0]);

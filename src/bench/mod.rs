@@ -1,13 +1,14 @@
 //! Measurements of the renderer: run time against error.
 //!
 //! `cases` are the fixed scenes, `run` flies them, `curve` sets run time against error, `motion`
-//! tells what frames owe to the frames before them, `march` is the ray marcher to beat. `record` is
+//! tells what frames owe to the frames before them (`flicker`, `traced_flicker`), `march` is the ray marcher to beat. `record` is
 //! what comes of it, `tables` and `report` write it, `compare` sets two of them side by side.
 
 pub mod cases;
 pub mod compare;
 pub mod curve;
 pub mod errors;
+pub mod flicker;
 pub mod front;
 pub mod machine;
 pub mod march;
@@ -20,4 +21,5 @@ pub mod session;
 pub mod statistics;
 pub mod summary;
 pub mod tables;
+pub mod traced_flicker;
 pub mod variants;

@@ -245,8 +245,24 @@ pub struct Motion {
     pub flicker: Option<f64>,
     /// The same of the exact compositor.
     pub flicker_of_exact: Option<f64>,
+    /// The same of paths; none where it is neither kept nor traced.
+    #[serde(default)]
+    pub flicker_of_reference: Option<TracedFlicker>,
     /// Pixels over which flicker was measured.
     pub flicker_pixels: usize,
+}
+
+/// Flicker by path tracing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TracedFlicker {
+    /// RMS over the mean.
+    pub flicker: f64,
+    /// 95 % of what could have come out lie between these, by the spread over pixels.
+    pub interval: [f64; 2],
+    /// Pixels that were followed: every sixteenth of those of the other figures.
+    pub pixels: usize,
+    /// Pairs of paths for each.
+    pub pairs: u32,
 }
 
 /// A ratio of two run times with its noise.

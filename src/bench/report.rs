@@ -156,10 +156,21 @@ fn motion_section(bench: &Bench) -> String {
                 format!("{:.6}", m.alone.rel_mse),
                 percent(m.flicker),
                 percent(m.flicker_of_exact),
+                m.flicker_of_reference.map_or("-".to_owned(), |f| {
+                    let [low, high] = f.interval.map(|v| format!("{:.3}", 100.0 * v));
+                    format!("{:.3} % ({low} to {high})", 100.0 * f.flicker)
+                }),
             ]
         })
         .collect();
-    let head = ["", "bias against alone", "relMSE against alone", "flicker", "flicker, exact"];
+    let head = [
+        "",
+        "bias against alone",
+        "relMSE against alone",
+        "flicker",
+        "flicker, exact",
+        "flicker, path-traced",
+    ];
     format!("<h2>In motion</h2>{}", table(&head, &rows))
 }
 

@@ -6,7 +6,7 @@ use cpu_time::ProcessTime;
 
 use super::cases::Case;
 use super::record::{Frame, PassSpread, Run, Spread};
-use crate::frame::{Counters, FrameStats, PassTime, Picture, RenderSettings, Renderer};
+use crate::frame::{Counters, FrameStats, Pass, PassTime, Picture, RenderSettings, Renderer};
 use crate::gpu::Gpu;
 use crate::scene::Scene;
 use crate::tables::TableSet;
@@ -93,8 +93,11 @@ pub fn fly(
     let mut first = vec![0.0; subjects.len()];
     let mut frames: Vec<Vec<Frame>> = subjects.iter().map(|_| Vec::new()).collect();
     for timing in [false, true] {
-        for subject in &mut *subjects {
-            subject.renderer.forget();
+        for (subject, frames) in subjects.iter_mut().zip(&frames) {
+            // Light that served all frames of the first flight serves those of the second.
+            if !timing || frames.iter().any(makes_light) {
+                subject.renderer.forget();
+            }
             subject.renderer.time_passes(timing)?;
         }
         for index in 0..all {
@@ -118,6 +121,11 @@ pub fn fly(
         .zip(first)
         .map(|((subject, frames), first_ms)| summed(case, subject, frames, first_ms))
         .collect()
+}
+
+/// Whether the light among clouds was made anew in a frame.
+fn makes_light(frame: &Frame) -> bool {
+    frame.passes.iter().any(|pass| pass.name == Pass::LightGrid.name() && pass.ran)
 }
 
 fn record(index: u32, case: &Case, stats: FrameStats, times: Times) -> Frame {

@@ -6,10 +6,11 @@ use super::cases::{self, Case, FPS, Motion};
 use super::compare::of_runs;
 use super::curve::{Setup, Subjects, curve};
 use super::errors::measured;
-use super::motion::{Instruments, motion};
+use super::motion::{Instruments, WINDOW, motion};
 use super::record::{Bench, Curve, Machine, Ratio, Run, SCHEMA, Settings};
 use super::run::{Flight, Subject, fly};
 use super::statistics::Draw;
+use super::traced_flicker::Tracing;
 use super::variants::{Setting, Variant, variants};
 use crate::Result;
 use crate::compare::Measured;
@@ -21,6 +22,8 @@ use crate::tables::TableSet;
 
 /// The size of the references that are kept, pixels.
 pub const REFERENCE_SIZE: [u32; 2] = [256, 144];
+/// Name of tables of half as many nodes along each axis.
+const THINNED: &str = "half_tables";
 /// Frames that are timed for each point of a curve, at most: there are many points.
 const MOST_CURVE_FRAMES: u32 = 8;
 
@@ -43,6 +46,8 @@ pub struct Order {
     pub references: PathBuf,
     /// Paths a pixel to trace references with that are not there.
     pub spp: Option<u32>,
+    /// Pairs of paths a pixel to trace the flicker of references with that are not there.
+    pub flicker_pairs: Option<u32>,
     /// The table file, or "embedded".
     pub tables: String,
     /// Further tables by name, each a point of run time against error.
@@ -156,7 +161,12 @@ impl Order {
     ) -> Result<Vec<Curve>> {
         let size = self.error_size();
         let scenes = self.curve_scenes()?;
-        let (names, more_tables): (Vec<_>, Vec<_>) = self.more_tables.iter().cloned().unzip();
+        let (mut names, mut more_tables): (Vec<_>, Vec<_>) =
+            self.more_tables.iter().cloned().unzip();
+        if !self.quick {
+            names.push(THINNED.to_owned());
+            more_tables.push(tables.thinned()?);
+        }
         let all = variants(self.quick, &self.set, &names);
         listener.begin((scenes.len() * all.len()) as u64, "points");
         let setup = Setup {
@@ -164,7 +174,7 @@ impl Order {
             tables,
             more_tables: &more_tables,
             size,
-            window: if self.quick { Window::middle(size) } else { Window::whole(size) },
+            window: if self.quick { Window::middle(size, WINDOW) } else { Window::whole(size) },
             frames: self.flight.frames.min(MOST_CURVE_FRAMES),
             march_limit: !self.quick,
         };
@@ -234,9 +244,10 @@ impl Order {
             for preset in &self.presets {
                 let mut subject = self.subject(gpu, tables, &case.scene, *preset)?;
                 let quality = Variant::preset(*preset, &self.set).quality;
-                let with = Instruments { tables, quality, size: self.error_size() };
-                let last = (self.flight.warmup + self.flight.frames).max(1);
-                found.extend(motion(case, &mut subject, &with, last)?);
+                let (folder, pairs) = (self.references.as_path(), self.flicker_pairs);
+                let tracing = Tracing { tables, folder, pairs };
+                let with = Instruments { tracing, quality, size: self.error_size() };
+                found.extend(motion(case, &mut subject, &with, listener)?);
                 listener.step();
             }
         }

@@ -57,6 +57,10 @@ pub struct BenchArgs {
     /// Trace references that are not there, with so many paths a pixel
     #[arg(long, value_name = "N", value_parser = args::samples_a_pixel)]
     pub spp: Option<u32>,
+    /// Trace the reference's own flicker where it is not kept, with so many pairs of paths a pixel (16000
+    /// take half an hour of a processor), and keep it in the folder of references
+    #[arg(long, value_name = "N", value_parser = args::samples_a_pixel)]
+    pub flicker_pairs: Option<u32>,
     /// Table file made by precompute; without it, the built-in tables
     #[arg(long, value_name = "FILE")]
     pub tables: Option<PathBuf>,
@@ -69,7 +73,7 @@ pub struct BenchArgs {
     /// Measure nothing, but set one bench.json against another: ratios with their noise
     #[arg(long, value_names = ["OLD.json", "NEW.json"], num_args = 2,
         conflicts_with_all = ["scene", "preset", "size", "warmup", "frames", "quick", "against",
-            "set", "spp", "tables", "more_tables", "readme"])]
+            "set", "spp", "flicker_pairs", "tables", "more_tables", "readme"])]
     pub compare: Option<Vec<PathBuf>>,
 }
 
@@ -166,6 +170,7 @@ fn order(args: &BenchArgs) -> Result<Order> {
         quick: args.quick,
         references: args.references.clone(),
         spp: args.spp,
+        flicker_pairs: args.flicker_pairs,
         tables: tables_name(args.tables.as_deref())?,
         more_tables: Vec::new(),
     })

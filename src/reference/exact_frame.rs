@@ -28,9 +28,13 @@ impl Window {
         Self { corner: [0, 0], size }
     }
 
-    /// The middle half of a picture, along both axes.
-    pub fn middle(size: [u32; 2]) -> Self {
-        Self { corner: size.map(|s| s / 4), size: size.map(|s| (s / 2).max(1)) }
+    /// The middle of a picture: along both axes one of so many parts.
+    pub fn middle(size: [u32; 2], parts: u32) -> Self {
+        let parts = parts.max(1);
+        Self {
+            corner: size.map(|s| s * (parts - 1) / (2 * parts)),
+            size: size.map(|s| (s / parts).max(1)),
+        }
     }
 }
 

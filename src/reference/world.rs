@@ -7,9 +7,11 @@ use glam::{DQuat, DVec3};
 
 use super::atmosphere_sky::AtmosphereSky;
 use super::film::Film;
+use super::geometry::Ray;
 use super::grid::ParticleGrid;
 use super::particles::WorldParticle;
-use super::transport::Matter;
+use super::random::Random;
+use super::transport::{Matter, look};
 use super::uniform_sky::{SunDisc, UniformSky};
 use super::view::View;
 use crate::frame::gpu_data::Particle;
@@ -80,6 +82,15 @@ impl World {
             self.scene.camera.position,
         )?);
         Ok(())
+    }
+
+    /// An unbiased estimate of the radiance along a ray.
+    pub fn radiance(&self, ray: Ray, random: &mut Random) -> DVec3 {
+        let Self { medium, matter, surroundings, .. } = self;
+        match surroundings {
+            Place::Uniform(sky) => look(medium, sky, matter, ray, random).radiance,
+            Place::Air(sky) => look(medium, sky.as_ref(), matter, ray, random).radiance,
+        }
     }
 
     /// Adds a sample to every pixel of the next rows of a picture.

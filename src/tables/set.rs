@@ -141,6 +141,14 @@ impl TableSet {
         Ok(Self { optical_depth, names, options, scattering })
     }
 
+    /// The same tables with half as many nodes along each of their four axes, taken from these: a sixteenth
+    /// of the bytes. For measurements of what the tables' size is worth.
+    pub fn thinned(&self) -> Result<Self> {
+        let optical_depth: Result<_> = self.optical_depth.iter().map(|t| t.thinned()).collect();
+        let scattering: Result<_> = self.scattering.iter().map(ScatteringTable::thinned).collect();
+        Self::new(optical_depth?, self.options, scattering?)
+    }
+
     /// Computes tables. The same options give the same bytes, whatever the number of threads.
     pub fn bake(options: &BakeOptions, progress: &dyn Progress) -> Result<Self> {
         Self::bake_parts(options, &Parts::none(options), progress)

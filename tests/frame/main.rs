@@ -12,6 +12,7 @@ mod shaders;
 mod slices;
 mod stress;
 mod thick;
+mod through;
 mod tiles;
 
 use std::path::Path;

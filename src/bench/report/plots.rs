@@ -44,6 +44,30 @@ fn colour(index: usize) -> RGBAColor {
     Palette99::pick(index).to_rgba()
 }
 
+/// Colours of kinds of points, in the order of the legend: all of them can be read on white.
+const KINDS: [(PointKind, &str, RGBColor); 4] = [
+    (PointKind::Preset, "presets", RGBColor(200, 20, 50)),
+    (PointKind::Knob, "one number of high changed", RGBColor(20, 130, 50)),
+    (PointKind::March, "marching view and sun rays", RGBColor(170, 95, 0)),
+    (PointKind::ViewMarch, "marching view rays, our light", RGBColor(20, 90, 190)),
+];
+
+/// Marks of a logarithmic axis: 1, 2 and 5 times powers of ten, or of more than three decades the powers
+/// alone.
+fn marks(range: &Range<f64>) -> Vec<f64> {
+    let [low, high] = [range.start, range.end].map(f64::log10);
+    let steps: &[f64] = if high - low > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+    (low.floor() as i32..=high.ceil() as i32)
+        .flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)))
+        .filter(|mark| range.contains(mark))
+        .collect()
+}
+
+/// A mark as people write it.
+fn mark(value: &f64) -> String {
+    if *value < 1e-3 { format!("{value:e}") } else { format!("{}", (value * 1e6).round() / 1e6) }
+}
+
 /// A range that holds all values with some room, for a logarithmic axis.
 fn log_range(values: impl Iterator<Item = f64>) -> Range<f64> {
     let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
@@ -64,17 +88,20 @@ pub fn frame_times(runs: &[Run]) -> Result<String> {
         true => format!("{frame:.0}"),
         false => String::new(),
     };
+    let up = log_range(times);
+    let marks = marks(&up);
     drawn(SIZE, |area| {
         let mut chart = ChartBuilder::on(area)
             .margin(12)
             .x_label_area_size(40)
             .y_label_area_size(70)
-            .build_cartesian_2d(across, log_range(times).log_scale())
+            .build_cartesian_2d(across, up.log_scale().with_key_points(marks))
             .map_err(failed)?;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
             .x_label_formatter(&whole)
+            .y_label_formatter(&mark)
             .x_desc("frame")
             .y_desc("ms")
             .label_style((FONT, 14))
@@ -168,12 +195,16 @@ pub fn curve(
     // Names stand to the right of their points.
     let across = across.start..2.0 * across.end;
     let up = log_range(places().map(|(_, (_, error))| error));
+    let [across_marks, up_marks] = [&across, &up].map(marks);
     drawn(SIZE, |area| {
         let mut chart = ChartBuilder::on(area)
             .margin(12)
             .x_label_area_size(40)
             .y_label_area_size(80)
-            .build_cartesian_2d(across.log_scale(), up.log_scale())
+            .build_cartesian_2d(
+                across.log_scale().with_key_points(across_marks),
+                up.log_scale().with_key_points(up_marks),
+            )
             .map_err(failed)?;
         chart
             .configure_mesh()
@@ -183,7 +214,8 @@ pub fn curve(
                 Cost::Processor => "processor ms a frame",
             })
             .y_desc("relMSE")
-            .y_label_formatter(&|v| format!("{v:.0e}"))
+            .x_label_formatter(&mark)
+            .y_label_formatter(&mark)
             .label_style((FONT, 14))
             .draw()
             .map_err(failed)?;
@@ -197,14 +229,7 @@ pub fn curve(
             .legend(|(x, y)| {
                 PathElement::new([(x, y), (x + 16, y)], BLACK.mix(0.35).stroke_width(6))
             });
-        let kinds = [
-            (PointKind::Preset, "presets"),
-            (PointKind::Knob, "one number of high changed"),
-            (PointKind::March, "marching view and sun rays"),
-            (PointKind::ViewMarch, "marching view rays, our light"),
-        ];
-        for (index, (kind, name)) in kinds.into_iter().enumerate() {
-            let style = colour(index);
+        for (kind, name, style) in KINDS {
             let mut of_kind: Vec<_> =
                 places().filter(|(p, (ms, e))| p.kind == kind && seen(*ms) && seen(*e)).collect();
             if of_kind.is_empty() {
@@ -235,4 +260,18 @@ pub fn curve(
             .draw()
             .map_err(failed)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_have_marks_that_people_read() {
+        let written = |range: Range<f64>| marks(&range).iter().map(mark).collect::<Vec<_>>();
+        assert_eq!(written(150.0..6000.0), ["200", "500", "1000", "2000", "5000"]);
+        assert_eq!(written(0.02..0.3), ["0.02", "0.05", "0.1", "0.2"]);
+        assert_eq!(written(2e-4..2e-3), ["2e-4", "5e-4", "0.001"]);
+        assert_eq!(written(0.05..2000.0), ["0.1", "1", "10", "100", "1000"]);
+    }
 }

@@ -52,7 +52,7 @@ impl Grid {
     }
 
     /// Place of a node, in 0..1.
-    pub(super) fn place(&self, node: usize) -> [f64; 4] {
+    pub(in crate::tables) fn place(&self, node: usize) -> [f64; 4] {
         let mut rest = node;
         self.nodes.map(|n| {
             let i = rest % n;
@@ -77,7 +77,11 @@ pub(super) fn weights(fraction: Vec4) -> [f32; CORNERS] {
 }
 
 /// Linear filtering of the values at the nodes.
-pub(super) fn filtered(grid: &Grid, at: [f64; 4], value: impl Fn(usize) -> Vec4) -> Vec4 {
+pub(in crate::tables) fn filtered(
+    grid: &Grid,
+    at: [f64; 4],
+    value: impl Fn(usize) -> Vec4,
+) -> Vec4 {
     let cell = grid.cell(at);
     let corners = grid.corners().into_iter().zip(weights(cell.fraction));
     corners.map(|(offset, weight)| weight * value(cell.base + offset)).sum()

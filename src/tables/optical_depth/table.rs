@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::encoding::{UNUSED, unpack};
+use super::encoding::{UNUSED, pack, unpack};
 use super::grid::{Grid, filtered};
 use super::lookup::{ChordProfile, ChordStep};
 use super::mapping::{ChordMapping, HemisphereDisc};
@@ -55,6 +55,23 @@ impl OpticalDepthTable {
             return refuse(format!("expected a mean density in 0..1, found {mean_density}"));
         }
         Ok(Self { spec, mean_density, volumes: volume.with_copies(), grid, texels, errors })
+    }
+
+    /// The same with half as many nodes along each axis of the 4D table; the volume stays.
+    pub(in crate::tables) fn thinned(&self) -> Result<Self> {
+        let grid = Grid { nodes: self.grid.nodes.map(|n| n.div_ceil(2).max(*NODES.start())) };
+        let texel = |node| unpack(self.texels.get(node).copied().unwrap_or_default());
+        let texels = (0..grid.len()).map(|node| {
+            let at = grid.place(node);
+            pack(filtered(&self.grid, at, texel))
+        });
+        let table = Self { grid, texels: texels.collect(), ..self.clone() };
+        let Self { spec, mean_density, texels, errors, .. } = table;
+        let volume =
+            self.volumes.first().cloned().ok_or_else(|| {
+                Error::Failed(format!("the table of {spec} has no density volume"))
+            })?;
+        Self::from_parts(spec, mean_density, volume, grid, texels, errors)
     }
 
     /// Kind and seed of the shape.

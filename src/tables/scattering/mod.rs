@@ -31,6 +31,7 @@ use self::terminator::Terminator;
 use crate::error::{Error, Result};
 use crate::medium::Phase;
 use crate::tables::Progress;
+use crate::tables::optical_depth::grid::{Grid, filtered};
 
 /// Fewest and most nodes along an axis. More than 128 slices of incidence and optical radius
 /// together would pass the 2048 slices of a 3D texture that every adapter has.
@@ -259,6 +260,27 @@ impl ScatteringTable {
             map,
             terminator,
         })
+    }
+
+    /// The same with half as many nodes along each axis, at least 2.
+    pub(in crate::tables) fn thinned(&self) -> Result<Self> {
+        // A grid's first axis is the fastest, here it is the last.
+        let grid = |resolution: [usize; 4]| {
+            let [a, b, c, d] = resolution;
+            Grid { nodes: [d, c, b, a] }
+        };
+        let resolution = self.resolution.map(|n| n.div_ceil(2).max(2));
+        let (fine, coarse) = (grid(self.resolution), grid(resolution));
+        let value = |node: usize| {
+            let value = self.values.get(node).copied().unwrap_or_default();
+            glam::Vec4::splat(value.to_f32())
+        };
+        let values = (0..coarse.len()).map(|node| {
+            let at = coarse.place(node);
+            f16::from_f32(filtered(&fine, at, value).x)
+        });
+        let (range, report) = (self.optical_radius, self.report.clone());
+        Self::from_parts(self.phase, self.albedo, resolution, range, values.collect(), report)
     }
 
     /// Phase function of the table.
