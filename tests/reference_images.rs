@@ -101,6 +101,22 @@ fn agrees(name: &str) {
 
     let cloudy: Vec<usize> = (0..light.len()).filter(|&i| opacity[i] > 0.5).collect();
     assert!(cloudy.len() > 3000, "{name}: {} pixels with clouds", cloudy.len());
+    // Green is most of the brightness that the noise beside it is told of.
+    let mut noise: Vec<f64> =
+        cloudy.iter().map(|&i| 100.0 * f64::from(error[i]) / f64::from(light[i])).collect();
+    noise.sort_by(f64::total_cmp);
+    let (found, told) = (noise[noise.len() / 2], told_noise(name));
+    println!("{name}: noise {found} %, told {told} %");
+    assert!((found / told - 1.0).abs() < 0.1, "{name}: {found} % of noise, {told} % told");
+}
+
+/// Standard error of the median pixel with clouds that is told beside a picture, %.
+fn told_noise(name: &str) -> f64 {
+    let path = folder("tests/references").join(format!("{name}.txt"));
+    let text = std::fs::read_to_string(path).expect("made with the picture");
+    let line = text.lines().find(|line| line.starts_with("std error, median pixel"));
+    let value = line.and_then(|line| line.split_whitespace().rev().nth(1)).expect("a line of it");
+    value.parse().expect("a number")
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::args;
 use crate::error::{Error, Result};
 use crate::frame::Picture;
 use crate::output::{self, Format, Layers, check_target, write_picture};
-use crate::reference::{Aim, Exposure, Filter, Lens};
+use crate::reference::{Aim, Exposure, Filter, Lens, PILOT};
 use crate::scene::Camera;
 
 /// The options.
@@ -70,6 +70,13 @@ impl TruthArgs {
         let focus = self.focus.unwrap_or(camera.focus());
         let lens = (aperture > 0.0).then_some(Lens { aperture, focus });
         let &Self { filter, seed, .. } = self;
+        if self.std_error.is_some() && self.spp <= PILOT {
+            let told = format!(
+                "expected more than {PILOT} with --std-error, which as many paths of every pixel decide about, found {}",
+                self.spp
+            );
+            return Err(Error::input("--spp", told));
+        }
         let aim = self.std_error.map(|standard_error| Aim { standard_error, most: self.spp });
         Ok(Exposure { size, time, shutter, lens, filter, seed, aim })
     }

@@ -102,7 +102,7 @@ pub(crate) fn sweep(path: &Path) {
         let Some(rest) = name.as_encoded_bytes().strip_prefix(prefix.as_encoded_bytes()) else {
             continue;
         };
-        let is_temporary = rest.windows(TEMPORARY.len()).any(|w| w == TEMPORARY.as_bytes());
+        let is_temporary = is_temporary(rest, &path);
         let Some(file) = is_temporary.then(|| File::open(entry.path()).ok()).flatten() else {
             continue;
         };
@@ -112,6 +112,16 @@ pub(crate) fn sweep(path: &Path) {
             let _ = std::fs::remove_file(entry.path());
         }
     }
+}
+
+/// Whether this follows the prefix of a temporary file of `path`: a random part without dots, the end of
+/// all of them, and for files that others write by name the end of `path`'s own.
+fn is_temporary(rest: &[u8], path: &Path) -> bool {
+    let dot = rest.iter().position(|b| *b == b'.').unwrap_or(rest.len());
+    let end = &rest[dot..];
+    let own = path.extension().map(|e| [b".", e.as_encoded_bytes()].concat());
+    end.strip_prefix(TEMPORARY.as_bytes())
+        .is_some_and(|after| after.is_empty() || own.is_some_and(|own| after == own))
 }
 
 /// Where a file of this name really lies or will lie: links are followed, also to what is not
@@ -221,7 +231,11 @@ mod tests {
         let dir = tempfile::tempdir().expect("a temporary folder");
         let path = dir.path().join("a.png");
         let left = dir.path().join(".a.png.killed.tmp");
-        let video = dir.path().join(".a.png.killed.tmp.mp4");
+        let video = dir.path().join(".a.png.killed.tmp.png");
+        let kept = [".a.png.old.tmpl", ".a.png.of.mine.tmp", ".a.png.killed.tmp.mp4"];
+        for name in kept {
+            std::fs::write(dir.path().join(name), "mine").expect("written");
+        }
         let living = dir.path().join(".a.png.living.tmp");
         let other = dir.path().join(".b.png.other.tmp");
         for file in [&left, &video, &living, &other] {
@@ -232,6 +246,7 @@ mod tests {
         sweep(&path);
         assert!(!left.exists() && !video.exists(), "{:?}", names(dir.path()));
         assert!(living.exists() && other.exists(), "{:?}", names(dir.path()));
+        assert!(kept.iter().all(|name| dir.path().join(name).exists()), "{:?}", names(dir.path()));
     }
 
     /// Who sweeps must not take a file between its making and its lock, nor after.

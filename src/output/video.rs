@@ -86,6 +86,9 @@ fn encode(path: &Path, frames: &[PathBuf], size: [u32; 2], rate: f64) -> Result<
     // The name's end tells ffmpeg the format, so it stays the end.
     let end = path.extension().unwrap_or_default().to_string_lossy();
     let temporary = atomic::temporary(path, &format!(".{end}"))?;
+    // There a lock keeps others from writing, not only from sweeping.
+    #[cfg(windows)]
+    let _ = temporary.as_file().unlock();
     let mut child = Command::new(FFMPEG)
         .args(["-hide_banner", "-loglevel", "error", "-y", "-f", "yuv4mpegpipe", "-i", "-"])
         // Half the colours, which all players know, and even sides, which they need.

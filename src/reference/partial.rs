@@ -10,6 +10,8 @@ use crate::output::write_atomically;
 
 /// First bytes of the file; the number is the version of what follows.
 const MAGIC: &[u8; 16] = b"cumuli partial 2";
+/// The same of any version.
+const ANY_VERSION: &[u8] = b"cumuli partial ";
 
 /// Fixed bytes: magic, length of the key, size, samples, rows, and for how many pixels (all or none)
 /// it is told how many samples they want.
@@ -65,6 +67,9 @@ pub fn load(path: &Path, key: &str, size: [u32; 2]) -> Result<Found> {
     };
     let damaged =
         || Error::input(path.display().to_string(), "is no whole file of samples; remove it");
+    if bytes.starts_with(ANY_VERSION) && bytes.len() >= MAGIC.len() && !bytes.starts_with(MAGIC) {
+        return Ok(Found::Other);
+    }
     if bytes.len() < HEAD + SUM || !bytes.starts_with(MAGIC) {
         return Err(damaged());
     }
@@ -136,7 +141,12 @@ mod tests {
             std::fs::write(&path, &whole[..cut]).expect("written");
             assert!(load(&path, "key", [3, 2]).is_err(), "cut at {cut}");
         }
-        for place in 0..whole.len() {
+        // Samples of another version are none of these, and may be replaced.
+        let mut old = whole.clone();
+        old[MAGIC.len() - 1] ^= 1;
+        std::fs::write(&path, &old).expect("written");
+        assert_eq!(load(&path, "key", [3, 2]).expect("another version"), Found::Other);
+        for place in (0..whole.len()).filter(|place| *place != MAGIC.len() - 1) {
             let mut other = whole.clone();
             other[place] ^= 1;
             std::fs::write(&path, &other).expect("written");
