@@ -57,8 +57,8 @@ pub struct BenchArgs {
     /// Trace references that are not there, with so many paths a pixel
     #[arg(long, value_name = "N", value_parser = args::samples_a_pixel)]
     pub spp: Option<u32>,
-    /// Trace the reference's own flicker where it is not kept, with so many pairs of paths a pixel (16000
-    /// take half an hour of a processor), and keep it in the folder of references
+    /// Trace the reference's own flicker where it is not kept, with so many pairs of paths a pixel (20000
+    /// take a quarter of an hour of a processor), and keep it in the folder of references
     #[arg(long, value_name = "N", value_parser = args::samples_a_pixel)]
     pub flicker_pairs: Option<u32>,
     /// Table file made by precompute; without it, the built-in tables
