@@ -17,7 +17,28 @@ pub fn read(text: &str, place: &str) -> Result<Bench> {
         let message = format!("expected schema {SCHEMA}, found {schema}");
         return Err(Error::input(place, message));
     }
-    serde_json::from_str(text).map_err(bad)
+    let bench: Bench = serde_json::from_str(text).map_err(bad)?;
+    for (index, run) in bench.runs.iter().enumerate() {
+        for (frame, what, ms) in times(run) {
+            // NaN and infinity are no JSON.
+            if ms < 0.0 {
+                let field = format!("runs[{index}].frames[{frame}]: {what}");
+                let message = format!("{field}: expected a time of at least 0, found {ms}");
+                return Err(Error::input(place, message));
+            }
+        }
+    }
+    Ok(bench)
+}
+
+/// All times of a run's frames: place of the frame, what took the time, ms.
+fn times(run: &Run) -> impl Iterator<Item = (usize, &str, f64)> {
+    run.frames.iter().enumerate().flat_map(|(index, frame)| {
+        let whole = [("wall_ms", frame.wall_ms), ("cpu_ms", frame.cpu_ms)];
+        let passes =
+            frame.passes.iter().filter_map(|p| p.milliseconds.map(|ms| (p.name.as_str(), ms)));
+        whole.into_iter().chain(passes).map(move |(what, ms)| (index, what, ms))
+    })
 }
 
 /// Ratios of all runs that both have: wall time, processor time, and each pass.

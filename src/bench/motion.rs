@@ -1,7 +1,7 @@
 //! What frames of a flight owe to the frames before them: an error against the same frame made
 //! alone, and flicker.
 
-use glam::DVec4;
+use glam::{DVec3, DVec4};
 
 use super::cases::Case;
 use super::errors::{OPACITY_OF_ALGORITHM, cut, error, measured};
@@ -11,7 +11,8 @@ use super::run::{Subject, picture_alone};
 use super::session::Listener;
 use super::traced_flicker::Tracing;
 use crate::frame::{Picture, Quality};
-use crate::reference::{Window, exact_frame};
+use crate::reference::{ExactPixel, Window, exact_frame};
+use crate::scene::Scene;
 use crate::{Error, Result};
 
 /// The frame of a flight that is looked at. The same in every bench, so that what is kept of the reference
@@ -29,6 +30,27 @@ pub struct Instruments<'a> {
     pub quality: Quality,
     /// Pixels.
     pub size: [u32; 2],
+}
+
+/// Light of a window with opacity and distance of the exact compositor's clouds: those depend on the
+/// particles alone, so that all presets are followed in the same pixels.
+fn seen(
+    scene: &Scene,
+    time: f64,
+    pixels: &[ExactPixel],
+    light: impl Iterator<Item = DVec3>,
+) -> Seen {
+    let opaque = |(light, pixel): (DVec3, &ExactPixel)| light.extend(1.0 - pixel.transmittance);
+    Seen {
+        scene: scene.clone(),
+        time,
+        radiance: light.zip(pixels).map(opaque).collect(),
+        distance: pixels.iter().map(|pixel| pixel.distance).collect(),
+    }
+}
+
+fn light(pixel: &[f32; 4]) -> DVec3 {
+    DVec4::from(pixel.map(f64::from)).truncate()
 }
 
 /// Flies up to a frame and compares that with the same one made alone, and with the one before it.
@@ -50,16 +72,11 @@ pub fn motion(
             continue;
         }
         let shown = renderer.render(&scene, time, size)?;
-        let distance = renderer.distance()?;
         let pixels =
             exact_frame(renderer, &scene, tables, &with.quality, size, window, &mut || {})?;
-        let of_pixel = |p: &crate::reference::ExactPixel| p.radiance.extend(1.0 - p.transmittance);
-        let distance = cut(&distance, size, window).into_iter().map(f64::from).collect::<Vec<_>>();
-        let seen =
-            |radiance| Seen { scene: scene.clone(), time, radiance, distance: distance.clone() };
         let radiance = cut(&shown.radiance, size, window);
-        frames.push(seen(radiance.iter().map(|p| DVec4::from(p.map(f64::from))).collect()));
-        exact.push(seen(pixels.iter().map(of_pixel).collect()));
+        frames.push(seen(&scene, time, &pixels, radiance.iter().map(light)));
+        exact.push(seen(&scene, time, &pixels, pixels.iter().map(|p| p.radiance)));
         picture = Some(shown);
     }
     let Some(picture) = picture else {
@@ -88,4 +105,61 @@ pub fn motion(
         flicker_of_reference,
         flicker_pixels,
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::cases::cases;
+    use crate::bench::flicker::followed;
+    use crate::frame::{Preset, RenderSettings};
+    use crate::gpu::Gpu;
+    use crate::tables::TableSet;
+
+    const SIZE: [u32; 2] = [96, 54];
+
+    /// Both presets see other opacities and distances, and are followed in the same pixels, so what is kept of
+    /// the reference is of the pixels of every preset.
+    #[test]
+    fn presets_are_followed_in_the_same_pixels() {
+        let tables = TableSet::embedded().expect("the built-in tables");
+        let gpu = Gpu::headless().expect("an adapter");
+        let cases = cases().expect("built in");
+        let case = cases.iter().find(|case| case.name == "flight").expect("a flight");
+        let window = Window::middle(SIZE, WINDOW);
+        let with = |preset: Preset, stop: f32| {
+            let mut quality = Preset::Low.quality();
+            (quality.steps, quality.transmittance_stop) = (preset.quality().steps, stop);
+            let settings = RenderSettings { quality: Some(quality), ..Default::default() };
+            let name = preset.name();
+            let mut subject =
+                Subject::new(&gpu, &tables, &case.scene, &settings, name).expect(name);
+            let found = [FRAME - 1, FRAME].map(|frame| {
+                let (scene, time) = case.frame(frame);
+                let shown = subject.renderer.render(&scene, time, SIZE).expect(name);
+                let exact = exact_frame(
+                    &subject.renderer,
+                    &scene,
+                    &tables,
+                    &quality,
+                    SIZE,
+                    window,
+                    &mut || {},
+                );
+                let radiance = cut(&shown.radiance, SIZE, window);
+                seen(&scene, time, &exact.expect(name), radiance.iter().map(light))
+            });
+            let [before, after] = &found;
+            let pixels = followed(before, after, SIZE, window);
+            let places: Vec<_> =
+                pixels.iter().map(|f| (f.pixel, f.corners, f.shares.map(f64::to_bits))).collect();
+            let light: Vec<_> = after.radiance.iter().map(|p| p.truncate()).collect();
+            (places, light)
+        };
+        let (rough, rough_light) = with(Preset::Low, 0.3);
+        let (fine, fine_light) = with(Preset::High, 0.004);
+        assert!(rough.len() > 100, "{}", rough.len());
+        assert_eq!(rough, fine);
+        assert_ne!(rough_light, fine_light, "the frames do differ");
+    }
 }

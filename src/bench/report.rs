@@ -1,5 +1,6 @@
 //! `report.html`: everything of a bench on one page that needs no other file.
 
+mod labels;
 mod plots;
 
 use std::fmt::Write;
@@ -7,10 +8,16 @@ use std::fmt::Write;
 use super::record::{Bench, Cost, Curve, PictureError, Point, PointKind, Spread};
 use crate::Result;
 
-const STYLE: &str = "body{font:15px/1.5 sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;\
-    color:#222;background:#fff}table{border-collapse:collapse;margin:1em 0}td,th{padding:.2em .7em;\
-    text-align:right;border-bottom:1px solid #ddd}td:first-child,th:first-child{text-align:left}\
-    svg{max-width:100%;height:auto}svg text{font-family:sans-serif}";
+/// Names of points have a rim, so that lines do not cross them. In the dark plots are inverted, hues kept. What is
+/// wider than the window is scrolled by itself.
+const STYLE: &str = ":root{color-scheme:light dark}body{font:15px/1.5 sans-serif;max-width:1000px;\
+    margin:2em auto;padding:0 1em;color:#222;background:#fff}.wide{overflow-x:auto}\
+    table{border-collapse:collapse;margin:1em 0}td,th{padding:.2em .7em;text-align:right;\
+    border-bottom:1px solid #8885}td:first-child,th:first-child{text-align:left;white-space:nowrap}\
+    .facts td{text-align:left}svg{display:block;max-width:100%;min-width:700px;height:auto}svg text{font-family:sans-serif;\
+    paint-order:stroke;stroke:#fff;stroke-width:3px;stroke-opacity:.7}\
+    @media(prefers-color-scheme:dark){body{color:#ddd;background:#111}\
+    svg{filter:invert(.93) hue-rotate(180deg)}}";
 
 /// The page.
 pub fn html(bench: &Bench) -> Result<String> {
@@ -26,19 +33,22 @@ pub fn html(bench: &Bench) -> Result<String> {
         ("size", format!("{width}x{height}")),
     ];
     let rows = facts.map(|(name, value)| vec![name.to_owned(), value]);
-    page.push_str("<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\">");
+    page.push_str(
+        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\">\
+        <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">",
+    );
     let _ = write!(page, "<title>Cumuli bench</title><style>{STYLE}</style></head><body>");
     page.push_str("<h1>Cumuli bench</h1>");
-    page.push_str(&table(&["", ""], &rows));
+    page.push_str(&table(&[], &rows));
     for curve in &bench.curves {
         page.push_str(&curve_section(curve)?);
     }
     if !bench.runs.is_empty() {
         page.push_str("<h2>Frame times</h2>");
-        page.push_str(&plots::frame_times(&bench.runs)?);
+        page.push_str(&figure(&plots::frame_times(&bench.runs)?));
         page.push_str(&times_table(bench));
         page.push_str("<h2>Passes</h2>");
-        page.push_str(&plots::passes(&bench.runs)?);
+        page.push_str(&figure(&plots::passes(&bench.runs)?));
     }
     page.push_str(&motion_section(bench));
     page.push_str(&against_section(bench));
@@ -61,14 +71,14 @@ fn curve_section(curve: &Curve) -> Result<String> {
     );
     if curve.points.iter().any(|p| p.model.is_some()) {
         text.push_str("<h3>Against the reference: error of the model</h3>");
-        text.push_str(&plots::curve(curve, |p| p.model, |p| p.on_model_front)?);
+        text.push_str(&figure(&plots::curve(curve, |p| p.model, |p| p.on_model_front)?));
     }
     if curve.points.iter().any(|p| p.algorithm.is_some()) {
         text.push_str("<h3>Against the exact compositor: error of the algorithm</h3>");
         text.push_str(
             "<p>Marches with sun rays are measured by their own limit of many steps.</p>",
         );
-        text.push_str(&plots::curve(curve, |p| p.algorithm, |p| p.on_algorithm_front)?);
+        text.push_str(&figure(&plots::curve(curve, |p| p.algorithm, |p| p.on_algorithm_front)?));
     }
     let error = |e: Option<PictureError>| match e {
         Some(e) => [
@@ -191,12 +201,18 @@ fn against_section(bench: &Bench) -> String {
     format!("<h2>One against another</h2>{}", table(&head, &rows))
 }
 
+/// A plot that is scrolled where the window is narrow.
+fn figure(svg: &str) -> String {
+    format!("<div class=\"wide\">{svg}</div>")
+}
+
 fn ms(value: f64) -> String {
     if value < 10.0 { format!("{value:.2}") } else { format!("{value:.0}") }
 }
 
 fn table(head: &[&str], rows: &[Vec<String>]) -> String {
-    let mut text = String::from("<table><tr>");
+    let class = if head.is_empty() { " class=\"facts\"" } else { "" };
+    let mut text = format!("<div class=\"wide\"><table{class}><tr>");
     for cell in head {
         let _ = write!(text, "<th>{}</th>", escape(cell));
     }
@@ -208,7 +224,7 @@ fn table(head: &[&str], rows: &[Vec<String>]) -> String {
         }
         text.push_str("</tr>");
     }
-    text.push_str("</table>");
+    text.push_str("</table></div>");
     text
 }
 

@@ -73,7 +73,7 @@ pub struct BenchArgs {
     /// Measure nothing, but set one bench.json against another: ratios with their noise
     #[arg(long, value_names = ["OLD.json", "NEW.json"], num_args = 2,
         conflicts_with_all = ["scene", "preset", "size", "warmup", "frames", "quick", "against",
-            "set", "spp", "flicker_pairs", "tables", "more_tables", "readme"])]
+            "set", "spp", "flicker_pairs", "tables", "more_tables", "readme", "out", "references"])]
     pub compare: Option<Vec<PathBuf>>,
 }
 

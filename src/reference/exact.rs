@@ -40,6 +40,8 @@ pub struct ExactPixel {
     pub radiance: DVec3,
     /// Of the clouds.
     pub transmittance: f64,
+    /// Of the clouds, opacity-weighted, m; 0 where there are none.
+    pub distance: f64,
 }
 
 /// A frame to be composed exactly.
@@ -178,6 +180,7 @@ impl<'a> Exact<'a> {
         ExactPixel {
             radiance: clouds.radiance + clouds.transmittance * behind,
             transmittance: straight,
+            distance: clouds.distance,
         }
     }
 

@@ -1,7 +1,6 @@
 //! How far a frame is from the exact compositor: the same light of each particle, everything else
 //! worked out in f64.
 
-use bytemuck::Zeroable;
 use glam::{DVec3, Vec3};
 use serde::Serialize;
 
@@ -13,7 +12,7 @@ use crate::frame::cpu::light_grid::FieldSeen;
 use crate::frame::cpu::segments::ChordInputs;
 use crate::frame::cpu::sky::Sky;
 use crate::frame::cpu::sky_march::Air;
-use crate::frame::gpu_data::{LightGridUniforms, Particle};
+use crate::frame::gpu_data::Particle;
 use crate::frame::renderer::sky_inputs;
 use crate::frame::view::frame_uniforms;
 use crate::reference::{AIR_STEPS, Exact, Filter, SunTruth, View};
@@ -153,13 +152,9 @@ impl Composed<'_> {
         })?;
         let Made { renderer, truncation, halo, .. } = made;
         let (particles, lights) = renderer.particles()?;
-        // Without a grid nothing could be seen yet, in any frame. That of another frame is met by no ray.
+        // The light of another frame is met by no ray.
         let nothing = particles.is_empty() && scene.clouds.is_none();
-        let field = if nothing || renderer.solved_light().is_none() {
-            FieldSeen::new(LightGridUniforms::zeroed(), Vec::new(), DVec3::ZERO)
-        } else {
-            renderer.field()?
-        };
+        let field = if nothing { FieldSeen::dark() } else { renderer.field()? };
         let quality = case.preset.quality();
         let shift = DVec3::ZERO; // the field brings its own
         let frame =

@@ -7,6 +7,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::register_font;
 
+use super::labels::{Rect, placed};
 use crate::bench::record::{Cost, Curve, PictureError, Point, PointKind, Run};
 use crate::{Error, Result};
 
@@ -15,7 +16,20 @@ const FONT: &str = "sans-serif";
 const SIZE: (u32, u32) = (960, 540);
 /// Height of a run's bar and of what surrounds all bars, pixels.
 const BAR: u32 = 26;
-const AROUND_BARS: u32 = 130;
+const AROUND_BARS: u32 = 70;
+/// Around charts and legends, pixels.
+const MARGIN: u32 = 12;
+/// The column of a legend and a row of it, pixels.
+const LEGEND_WIDTH: u32 = 190;
+const LEGEND_ROW: u32 = 18;
+/// Letters of a name that have room beside a chart.
+const MOST_LETTERS: usize = 26;
+/// Sizes of text at axes, in legends and at points. In the picture they are by a quarter smaller.
+const AXIS_TEXT: u32 = 16;
+const LEGEND_TEXT: u32 = 15;
+const POINT_TEXT: u32 = 14;
+/// What of the picture the legend of a curve takes, pixels.
+const LEGEND_STRIP: u32 = 34;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
@@ -40,16 +54,62 @@ fn drawn(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Result<()>) -> Result
     Ok(svg)
 }
 
-fn colour(index: usize) -> RGBAColor {
-    Palette99::pick(index).to_rgba()
+/// Colours of runs and passes, read on white and, inverted with their hues kept, on black.
+const COLOURS: [RGBColor; 12] = [
+    RGBColor(60, 110, 180),
+    RGBColor(230, 125, 30),
+    RGBColor(65, 150, 65),
+    RGBColor(205, 60, 65),
+    RGBColor(140, 95, 190),
+    RGBColor(150, 105, 75),
+    RGBColor(225, 110, 180),
+    RGBColor(120, 120, 120),
+    RGBColor(165, 165, 30),
+    RGBColor(35, 165, 185),
+    RGBColor(100, 75, 30),
+    RGBColor(20, 95, 100),
+];
+
+fn colour(index: usize) -> RGBColor {
+    COLOURS[index % COLOURS.len()]
+}
+
+/// Lines of the same colour have other widths.
+fn width(index: usize) -> u32 {
+    1 + (1 + index / COLOURS.len()) as u32 % 4
+}
+
+/// A name with an end where there is no room for all of it.
+fn clipped(name: &str) -> String {
+    match name.char_indices().nth(MOST_LETTERS) {
+        Some((end, _)) => format!("{}\u{2026}", &name[..end]),
+        None => name.to_owned(),
+    }
+}
+
+fn name_of(run: &Run) -> String {
+    format!("{} {}", run.case, run.preset)
+}
+
+/// Names in the colours of their numbers, one below the other.
+fn legend(area: &Area<'_>, names: &[String]) -> Result<()> {
+    let style = (FONT, LEGEND_TEXT).into_font();
+    for (index, name) in names.iter().enumerate() {
+        let y = (MARGIN + index as u32 * LEGEND_ROW) as i32;
+        let square = Rectangle::new([(0, y), (12, y + 12)], colour(index).filled());
+        area.draw(&square).map_err(failed)?;
+        let text = Text::new(clipped(name), (18, y - 1), style.clone());
+        area.draw(&text).map_err(failed)?;
+    }
+    Ok(())
 }
 
 /// Colours of kinds of points, in the order of the legend: all of them can be read on white.
 const KINDS: [(PointKind, &str, RGBColor); 4] = [
     (PointKind::Preset, "presets", RGBColor(200, 20, 50)),
     (PointKind::Knob, "one number of high changed", RGBColor(20, 130, 50)),
-    (PointKind::March, "marching view and sun rays", RGBColor(170, 95, 0)),
-    (PointKind::ViewMarch, "marching view rays, our light", RGBColor(20, 90, 190)),
+    (PointKind::March, "marching view and sun rays, by steps", RGBColor(170, 95, 0)),
+    (PointKind::ViewMarch, "marching view rays, our light, by steps", RGBColor(20, 90, 190)),
 ];
 
 /// Marks of a logarithmic axis: 1, 2 and 5 times powers of ten, or of more than three decades the powers
@@ -82,17 +142,22 @@ pub fn frame_times(runs: &[Run]) -> Result<String> {
     let times = runs.iter().flat_map(|run| run.frames.iter().map(|f| f.wall_ms));
     let all = runs.iter().flat_map(|run| run.frames.iter().map(|f| f.frame));
     let (first, last) = (all.clone().min().unwrap_or(0), all.max().unwrap_or(1));
-    // Room at the right for the names.
-    let across = f64::from(first)..f64::from(last) + 0.45 * f64::from((last - first).max(1));
+    // A single frame stands in the middle.
+    let aside = if first == last { 0.5 } else { 0.0 };
+    let across = f64::from(first) - aside..f64::from(last) + aside;
     let whole = |frame: &f64| match frame.fract() == 0.0 {
         true => format!("{frame:.0}"),
         false => String::new(),
     };
     let up = log_range(times);
     let marks = marks(&up);
-    drawn(SIZE, |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(12)
+    let names: Vec<_> = runs.iter().map(name_of).collect();
+    let size = (SIZE.0, SIZE.1.max(names.len() as u32 * LEGEND_ROW + 2 * MARGIN));
+    drawn(size, |area| {
+        let (left, right) = area.split_horizontally(SIZE.0 - LEGEND_WIDTH);
+        legend(&right, &names)?;
+        let mut chart = ChartBuilder::on(&left)
+            .margin(MARGIN)
             .x_label_area_size(40)
             .y_label_area_size(70)
             .build_cartesian_2d(across, up.log_scale().with_key_points(marks))
@@ -104,48 +169,41 @@ pub fn frame_times(runs: &[Run]) -> Result<String> {
             .y_label_formatter(&mark)
             .x_desc("frame")
             .y_desc("ms")
-            .label_style((FONT, 14))
+            .label_style((FONT, AXIS_TEXT))
             .draw()
             .map_err(failed)?;
         for (index, run) in runs.iter().enumerate() {
             let line = run.frames.iter().map(|f| (f64::from(f.frame), f.wall_ms));
-            let style = colour(index).stroke_width(2);
-            chart
-                .draw_series(LineSeries::new(line.clone(), style).point_size(2))
-                .map_err(failed)?
-                .label(format!("{} {}", run.case, run.preset))
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], style));
+            let style = colour(index).stroke_width(width(index));
+            chart.draw_series(LineSeries::new(line, style).point_size(2)).map_err(failed)?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.8))
-            .label_font((FONT, 13))
-            .draw()
-            .map_err(failed)
+        Ok(())
     })
 }
 
 /// Median times of the passes of every run, end to end.
 pub fn passes(runs: &[Run]) -> Result<String> {
-    let names: Vec<&str> =
-        runs.first().map_or_else(Vec::new, |r| r.passes.iter().map(|p| p.name.as_str()).collect());
+    let names: Vec<String> =
+        runs.first().map_or_else(Vec::new, |r| r.passes.iter().map(|p| p.name.clone()).collect());
     let time = |run: &Run, name: &str| {
         run.passes.iter().find(|p| p.name == name).and_then(|p| p.ms).map_or(0.0, |ms| ms.median)
     };
     let total = |run: &Run| names.iter().map(|name| time(run, name)).sum::<f64>();
     let longest = runs.iter().map(total).fold(1e-3, f64::max);
     let count = runs.len() as f64;
-    let size = (SIZE.0, BAR * runs.len() as u32 + AROUND_BARS);
+    let rows = BAR * runs.len() as u32 + AROUND_BARS;
+    let size = (SIZE.0, rows.max(names.len() as u32 * LEGEND_ROW + 2 * MARGIN));
     drawn(size, |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(12)
+        let (left, right) = area.split_horizontally(SIZE.0 - LEGEND_WIDTH);
+        legend(&right, &names)?;
+        let mut chart = ChartBuilder::on(&left)
+            .margin(MARGIN)
             .x_label_area_size(40)
             .y_label_area_size(190)
-            .build_cartesian_2d(0.0..1.35 * longest, count..0.0)
+            .build_cartesian_2d(0.0..1.02 * longest, count..0.0)
             .map_err(failed)?;
         let label = |y: &f64| match runs.get((*y - 0.5).round() as usize) {
-            Some(run) if (y.fract() - 0.5).abs() < 0.01 => format!("{} {}", run.case, run.preset),
+            Some(run) if (y.fract() - 0.5).abs() < 0.01 => clipped(&name_of(run)),
             _ => String::new(),
         };
         chart
@@ -155,7 +213,7 @@ pub fn passes(runs: &[Run]) -> Result<String> {
             .y_label_formatter(&label)
             .light_line_style(TRANSPARENT)
             .x_desc("ms")
-            .label_style((FONT, 14))
+            .label_style((FONT, AXIS_TEXT))
             .draw()
             .map_err(failed)?;
         for (index, name) in names.iter().enumerate() {
@@ -165,20 +223,9 @@ pub fn passes(runs: &[Run]) -> Result<String> {
                 let ends = [corner(before, 0.15), corner(before + time(run, name), 0.85)];
                 Rectangle::new(ends, colour(index).filled())
             });
-            let square = colour(index).filled();
-            chart
-                .draw_series(bars)
-                .map_err(failed)?
-                .label(*name)
-                .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 12, y + 5)], square));
+            chart.draw_series(bars).map_err(failed)?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.8))
-            .label_font((FONT, 13))
-            .draw()
-            .map_err(failed)
+        Ok(())
     })
 }
 
@@ -192,13 +239,14 @@ pub fn curve(
     let places = || curve.points.iter().filter_map(|p| place(p).map(|at| (p, at)));
     let seen = |v: f64| v > 0.0 && v.is_finite();
     let across = log_range(places().map(|(_, (ms, _))| ms));
-    // Names stand to the right of their points.
-    let across = across.start..2.0 * across.end;
+    // Room for names beside the outermost points.
+    let across = 0.8 * across.start..1.3 * across.end;
     let up = log_range(places().map(|(_, (_, error))| error));
     let [across_marks, up_marks] = [&across, &up].map(marks);
-    drawn(SIZE, |area| {
-        let mut chart = ChartBuilder::on(area)
-            .margin(12)
+    drawn(SIZE, |whole| {
+        let (strip, area) = whole.split_vertically(LEGEND_STRIP);
+        let mut chart = ChartBuilder::on(&area)
+            .margin(MARGIN)
             .x_label_area_size(40)
             .y_label_area_size(80)
             .build_cartesian_2d(
@@ -216,50 +264,92 @@ pub fn curve(
             .y_desc("relMSE")
             .x_label_formatter(&mark)
             .y_label_formatter(&mark)
-            .label_style((FONT, 14))
+            .label_style((FONT, AXIS_TEXT))
             .draw()
             .map_err(failed)?;
         let mut front: Vec<(f64, f64)> =
             places().filter(|(p, _)| on_front(p)).map(|(_, at)| at).collect();
         front.sort_by(|a, b| a.0.total_cmp(&b.0));
-        chart
-            .draw_series(LineSeries::new(front, BLACK.mix(0.35).stroke_width(6)))
-            .map_err(failed)?
-            .label("Pareto front")
-            .legend(|(x, y)| {
-                PathElement::new([(x, y), (x + 16, y)], BLACK.mix(0.35).stroke_width(6))
-            });
+        let wide = BLACK.mix(0.25).stroke_width(6);
+        chart.draw_series(LineSeries::new(front, wide)).map_err(failed)?;
+        let mut names = Vec::new();
+        let mut kinds = vec![("Pareto front", wide)];
         for (kind, name, style) in KINDS {
             let mut of_kind: Vec<_> =
                 places().filter(|(p, (ms, e))| p.kind == kind && seen(*ms) && seen(*e)).collect();
             if of_kind.is_empty() {
                 continue;
             }
+            kinds.push((name, style.stroke_width(2)));
             if kind != PointKind::Knob {
                 of_kind.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
                 let line = of_kind.iter().map(|(_, at)| *at);
                 chart.draw_series(LineSeries::new(line, style.mix(0.5))).map_err(failed)?;
             }
             let dots = of_kind.iter().map(|(_, at)| Circle::new(*at, 4, style.filled()));
-            chart
-                .draw_series(dots)
-                .map_err(failed)?
-                .label(name)
-                .legend(move |(x, y)| Circle::new((x + 8, y), 4, style.filled()));
-            let names = of_kind.iter().map(|(p, at)| {
-                EmptyElement::at(*at)
-                    + Text::new(p.name.clone(), (7, -6), (FONT, 12).into_font().color(&style))
-            });
-            chart.draw_series(names).map_err(failed)?;
+            chart.draw_series(dots).map_err(failed)?;
+            let at = |at: &(f64, f64)| chart.plotting_area().map_coordinate(at);
+            names.extend(of_kind.iter().map(|(p, place)| (at(place), short(p), style)));
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.8))
-            .label_font((FONT, 13))
-            .draw()
-            .map_err(failed)
+        named(whole, &chart.plotting_area().get_pixel_range(), &names)?;
+        kinds_legend(&strip, &kinds)
     })
+}
+
+/// A point's name beside others of its kind: the legend tells the rest.
+fn short(point: &Point) -> String {
+    let kind = match point.kind {
+        PointKind::Preset => "",
+        PointKind::Knob => "high ",
+        PointKind::March => "march-",
+        PointKind::ViewMarch => "view-march-",
+    };
+    point.name.strip_prefix(kind).unwrap_or(&point.name).to_owned()
+}
+
+/// Writes names beside their points, or where there is room, with a line.
+fn named(
+    area: &Area<'_>,
+    (across, down): &(Range<i32>, Range<i32>),
+    names: &[((i32, i32), String, RGBColor)],
+) -> Result<()> {
+    let mut points = Vec::new();
+    for ((x, y), name, colour) in names {
+        let (width, height) =
+            area.estimate_text_size(name, &point_style(colour)).map_err(failed)?;
+        points.push(([*x, *y], [width as i32, height as i32]));
+    }
+    let frame = Rect([across.start, down.start, across.end, down.end]);
+    for (((x, y), name, colour), place) in names.iter().zip(placed(&points, frame)) {
+        if let Some([end_x, end_y]) = place.line {
+            let line = PathElement::new([(*x, *y), (end_x, end_y)], colour.mix(0.4));
+            area.draw(&line).map_err(failed)?;
+        }
+        let [left, top] = place.at;
+        let text = Text::new(name.clone(), (left, top), point_style(colour));
+        area.draw(&text).map_err(failed)?;
+    }
+    Ok(())
+}
+
+fn point_style(colour: &RGBColor) -> TextStyle<'static> {
+    let mut style = TextStyle::from((FONT, POINT_TEXT).into_font());
+    style.color = colour.to_backend_color();
+    style
+}
+
+/// Kinds of points in a row, from left to right.
+fn kinds_legend(area: &Area<'_>, kinds: &[(&str, ShapeStyle)]) -> Result<()> {
+    let style = TextStyle::from((FONT, LEGEND_TEXT).into_font());
+    let (mut x, y) = (80 + MARGIN as i32, MARGIN as i32);
+    for (name, line) in kinds {
+        let path = PathElement::new([(x, y + 7), (x + 18, y + 7)], *line);
+        area.draw(&path).map_err(failed)?;
+        area.draw(&Text::new((*name).to_owned(), (x + 24, y), style.clone())).map_err(failed)?;
+        let (width, _) = area.estimate_text_size(name, &style).map_err(failed)?;
+        x += width as i32 + 48;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -273,5 +363,12 @@ mod tests {
         assert_eq!(written(0.02..0.3), ["0.02", "0.05", "0.1", "0.2"]);
         assert_eq!(written(2e-4..2e-3), ["2e-4", "5e-4", "0.001"]);
         assert_eq!(written(0.05..2000.0), ["0.1", "1", "10", "100", "1000"]);
+    }
+
+    #[test]
+    fn long_names_are_clipped_between_letters() {
+        assert_eq!(clipped("still_paused low"), "still_paused low");
+        let long = "\u{e4}".repeat(40);
+        assert_eq!(clipped(&long), format!("{}\u{2026}", "\u{e4}".repeat(MOST_LETTERS)));
     }
 }

@@ -24,9 +24,12 @@ impl Renderer {
         Ok((particles, self.gpu.read_buffer(&resources.particle_lights, count)?))
     }
 
-    /// What the light grid sends to the last frame's eye, read back.
+    /// What the light grid sends to the last frame's eye, read back; nothing where no frame had clouds in view yet.
     pub fn field(&self) -> Result<FieldSeen> {
-        self.grid.seen(&self.gpu)
+        match self.solved_light() {
+            Some(_) => self.grid.seen(&self.gpu),
+            None => Ok(FieldSeen::dark()),
+        }
     }
 
     /// The buffers of the light that the light grid shows, whose solution is whole: sources and lights.

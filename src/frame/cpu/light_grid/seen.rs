@@ -22,6 +22,11 @@ impl FieldSeen {
         Self { uniforms, field, eye }
     }
 
+    /// Without cells, and so without light.
+    pub fn dark() -> Self {
+        Self::new(bytemuck::Zeroable::zeroed(), Vec::new(), DVec3::ZERO)
+    }
+
     /// Where the cells lie.
     pub fn uniforms(&self) -> &LightGridUniforms {
         &self.uniforms
