@@ -125,3 +125,47 @@ pub fn lines(ratios: &[Ratio]) -> Vec<String> {
     ));
     lines
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::samples::bench;
+
+    #[test]
+    fn a_bench_is_read_back_and_negative_times_are_refused() {
+        let sound = bench("case", &[1.5, 2.5, 3.5]);
+        let text = |bench: &Bench| serde_json::to_string(bench).expect("JSON");
+        assert_eq!(read(&text(&sound), "old.json").expect("sound"), sound);
+        for (spoil, field) in [
+            ((|f: &mut Frame| f.cpu_ms = -1.0) as fn(&mut Frame), "runs[0].frames[1]: cpu_ms"),
+            (|f| f.passes[0].milliseconds = Some(-1e-9), "runs[0].frames[1]: sky"),
+        ] {
+            let mut bad = sound.clone();
+            spoil(&mut bad.runs[0].frames[1]);
+            let message = read(&text(&bad), "old.json").expect_err(field).to_string();
+            assert!(message.contains("old.json") && message.contains(field), "{message}");
+        }
+        // Cut off anywhere it is no bench, and never a panic.
+        let whole = text(&sound);
+        for end in 0..whole.len() {
+            assert!(read(&whole[..end], "cut.json").is_err(), "{end}");
+        }
+    }
+
+    #[test]
+    fn what_both_have_is_compared() {
+        let (old, new) = (bench("case", &[1.0, 1.1, 0.9]), bench("case", &[2.0, 2.2, 1.8]));
+        let found = ratios(&old, &new);
+        let names: Vec<_> = found.iter().map(|r| r.what.as_str()).collect();
+        assert_eq!(names, ["wall", "cpu"]);
+        assert!(found.iter().all(|r| (r.ratio - 2.0).abs() < 1e-12 && r.is_change()), "{found:?}");
+        let last = lines(&found).pop().expect("a last line");
+        assert_eq!(last, "ratios=2 slower=2 quicker=0 within_noise=0");
+        assert!(ratios(&old, &bench("another", &[1.0])).is_empty());
+        assert!(ratios(&old, &bench("case", &[])).is_empty(), "no frames");
+        assert_eq!(differences(&old, &new), Vec::<String>::new());
+        let mut slower = new.clone();
+        slower.machine.driver = "other".to_owned();
+        assert_eq!(differences(&old, &slower), ["driver: some, then other"]);
+    }
+}

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::process::Command;
+use std::time::{Duration, SystemTime};
 
 use super::record::Machine;
 use crate::gpu::Gpu;
@@ -48,11 +49,22 @@ fn commit() -> Option<String> {
     if !tree.join(".git").exists() {
         return None;
     }
-    let mut git = Command::new("git");
-    git.current_dir(tree).args(["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]);
-    let output = git.output().ok().filter(|output| output.status.success())?;
-    let text = String::from_utf8(output.stdout).ok()?;
-    Some(text.trim().to_owned()).filter(|commit| !commit.is_empty())
+    let described = git(tree, &["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"])?;
+    let seconds = git(tree, &["log", "-1", "--format=%ct"])?.parse().ok()?;
+    let committed = SystemTime::UNIX_EPOCH + Duration::from_secs(seconds);
+    let built = std::env::current_exe().ok()?.metadata().ok()?.modified().ok()?;
+    Some(told(described, built < committed))
+}
+
+/// A tree that has gone on since the program was built does not tell which commit that was.
+fn told(described: String, is_older: bool) -> String {
+    if is_older { format!("before-{described}") } else { described }
+}
+
+fn git(tree: &Path, arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").current_dir(tree).args(arguments).output().ok();
+    let text = String::from_utf8(output.filter(|o| o.status.success())?.stdout).ok()?;
+    Some(text.trim().to_owned()).filter(|text| !text.is_empty())
 }
 
 #[cfg(test)]
@@ -74,5 +86,11 @@ mod tests {
         ];
         assert!(fields.iter().all(|f| !f.is_empty()), "{machine:?}");
         assert!(machine.threads >= 1);
+    }
+
+    #[test]
+    fn a_program_older_than_its_tree_says_so() {
+        assert_eq!(told("12ab-dirty".to_owned(), false), "12ab-dirty");
+        assert_eq!(told("12ab".to_owned(), true), "before-12ab");
     }
 }

@@ -17,6 +17,8 @@ pub mod readme;
 pub mod record;
 pub mod report;
 pub mod run;
+#[cfg(test)]
+mod samples;
 pub mod session;
 pub mod statistics;
 pub mod summary;

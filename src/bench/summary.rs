@@ -6,7 +6,7 @@ use crate::{Error, Result};
 impl Bench {
     /// The figures that matter on one line, as NAME=VALUE separated by spaces.
     pub fn summary(&self) -> String {
-        let word = |text: &str| text.replace(char::is_whitespace, "_");
+        let word = |text: &str| text.replace(|c: char| c.is_whitespace() || c == '=', "_");
         let [width, height] = self.settings.size;
         let mut words = vec![
             format!("bench schema={}", self.schema),
@@ -47,5 +47,35 @@ impl Bench {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::bench::samples::bench;
+
+    /// Whatever files and adapters are called, a script finds every figure by its name.
+    #[test]
+    fn every_word_is_a_name_and_a_value() {
+        let mut odd = bench("my=clouds, \"new\"\n1", &[1.5, 2.5]);
+        odd.machine.adapter = "a = b".to_owned();
+        let line = odd.summary();
+        assert!(!line.contains('\n'), "{line}");
+        let mut words = line.split(' ');
+        assert_eq!(words.next(), Some("bench"));
+        let words: Vec<_> = words.map(|w| w.split_once('=').expect(w)).collect();
+        assert!(words.iter().all(|(_, value)| !value.is_empty() && !value.contains('=')), "{line}");
+        let find = |name: &str| words.iter().find(|w| w.0 == name).expect(name).1;
+        assert_eq!(find("my_clouds,_\"new\"_1:low_ms"), "2.000");
+        assert_eq!(find("adapter"), "a___b");
+    }
+
+    #[test]
+    fn what_was_left_out_is_told() {
+        let mut short = bench("case", &[1.0]);
+        assert!(short.check().is_ok());
+        short.runs[0].frames[0].counters.overflowed = 3;
+        let message = short.check().expect_err("lists that overflowed").to_string();
+        assert!(message.contains("left 3 particles"), "{message}");
     }
 }

@@ -93,3 +93,76 @@ fn events(process: usize, run: &Run) -> Vec<Value> {
     }
     events
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::samples::bench;
+
+    /// The records of a text by RFC 4180.
+    fn records(text: &str) -> Vec<Vec<String>> {
+        let (mut all, mut record, mut field, mut quoted) = (vec![], vec![], String::new(), false);
+        let mut letters = text.chars().peekable();
+        while let Some(letter) = letters.next() {
+            match letter {
+                '"' if quoted && letters.peek() == Some(&'"') => field.extend(letters.next()),
+                '"' => quoted = !quoted,
+                ',' if !quoted => record.push(std::mem::take(&mut field)),
+                '\n' if !quoted => {
+                    record.push(std::mem::take(&mut field));
+                    all.push(std::mem::take(&mut record));
+                }
+                _ => field.push(letter),
+            }
+        }
+        assert!(!quoted && field.is_empty() && record.is_empty(), "ends in a record: {text}");
+        all
+    }
+
+    #[test]
+    fn odd_names_come_back_from_the_table() {
+        let name = "a, \"b\"\nc";
+        let text = csv(&bench(name, &[1.5, 2.5])).expect("a table");
+        let all = records(&text);
+        assert_eq!(all.len(), 3);
+        assert!(all.iter().all(|record| record.len() == all[0].len()), "{text}");
+        let of = |record: usize, column: &str| {
+            let index = all[0].iter().position(|c| c == column).expect(column);
+            all[record][index].as_str()
+        };
+        assert_eq!([of(1, "case"), of(2, "preset"), of(2, "frame")], [name, "low", "3"]);
+        assert_eq!([of(1, "wall_ms"), of(2, "cpu_ms"), of(1, "sky_ms")], ["1.5", "5", "0.375"]);
+        assert_eq!([of(1, "blend_ms"), of(1, "tiles")], ["", "4"], "did not run; a counter");
+    }
+
+    /// What the format asks of a complete event, and that none begins before the one before it on its line ends.
+    #[test]
+    fn a_trace_is_lines_of_events_one_after_the_other() {
+        let trace = trace(&bench("a \"case\"", &[1.5, 2.5]));
+        let events = trace["traceEvents"].as_array().expect("events");
+        let number = |event: &Value, field: &str| event[field].as_f64().expect(field);
+        let mut ends = std::collections::HashMap::new();
+        let mut named = Vec::new();
+        for event in events {
+            let line = [&event["pid"], &event["tid"]].map(|v| v.as_u64().expect("a number"));
+            if event["ph"] == "M" {
+                assert!(event["args"]["name"].is_string(), "{event}");
+                named.push(line);
+                continue;
+            }
+            assert_eq!((&event["ph"], event["name"].is_string()), (&json!("X"), true), "{event}");
+            let (start, length) = (number(event, "ts"), number(event, "dur"));
+            let end: &mut f64 = ends.entry(line).or_default();
+            assert!(start >= *end && length >= 0.0, "{event} begins before {end}");
+            *end = start + length;
+            assert!(named.contains(&line), "{event} on a line without a name");
+        }
+        let frame = events.iter().find(|e| e["name"] == "frame 2").expect("a frame");
+        assert_eq!(
+            (&frame["dur"], &frame["args"]["counters"]["tiles"]),
+            (&json!(1500.0), &json!(4))
+        );
+        assert_eq!(events.iter().filter(|e| e["name"] == "sky").count(), 2);
+        assert!(!events.iter().any(|e| e["name"] == "blend"), "it did not run");
+    }
+}

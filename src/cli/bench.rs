@@ -142,9 +142,14 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
 }
 
 fn order(args: &BenchArgs) -> Result<Order> {
-    let mut scenes = Vec::new();
+    let mut scenes: Vec<(String, _)> = Vec::new();
     for path in &args.scene {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        // Figures and references are told apart by it.
+        if scenes.iter().any(|(other, _)| *other == stem) {
+            let message = format!("expected files of different names, found `{stem}` twice");
+            return Err(Error::input("--scene", message));
+        }
         scenes.push((stem, load_scene(Some(path))?.0));
     }
     let default = if args.quick { Preset::Low } else { Preset::High };

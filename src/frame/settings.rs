@@ -158,12 +158,12 @@ impl Preset {
                 grid: GridSettings { fineness: 1.4, turns: [9, 5], slice: 0, draft: false },
             },
             Self::Ultra => Quality {
-                steps: 10,
-                transmittance_stop: 0.0005,
-                shadow_steps: 6,
+                steps: 12,
+                transmittance_stop: 0.002,
+                shadow_steps: 4,
                 pixel_stride: 1,
                 tile: SCREEN_TILE,
-                shadow_resolution: 512,
+                shadow_resolution: 384,
                 grid: GridSettings { fineness: 1.85, turns: [17, 9], slice: 0, draft: false },
             },
         }

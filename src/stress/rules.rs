@@ -203,7 +203,6 @@ pub const WHOLE: &[&str] = &[
     "ShadowUniforms.resolution",
     "ShadowUniforms.maps",
     "ShadowUniforms.seen_only",
-    "ShadowUniforms.padding_b",
     "SortUniforms.length",
     "SortUniforms.shift",
     "SortUniforms.blocks",

@@ -103,6 +103,30 @@ fn check_curve(bench: &Value) {
     assert!(points.iter().all(|p| p["model"].is_null()));
 }
 
+/// Names of all fields.
+fn fields<'a>(value: &'a Value, found: &mut Vec<&'a str>) {
+    match value {
+        Value::Object(map) => map.iter().for_each(|(name, value)| {
+            found.push(name);
+            fields(value, found);
+        }),
+        Value::Array(values) => values.iter().for_each(|value| fields(value, found)),
+        _ => {}
+    }
+}
+
+/// Every field is told in docs/bench-schema.md.
+fn check_schema(bench: &Value) {
+    const SCHEMA: &str = include_str!("../../docs/bench-schema.md");
+    let mut found = Vec::new();
+    fields(bench, &mut found);
+    let told = |name: &str| {
+        [format!("`{name}`"), format!("`{name}[]`")].iter().any(|n| SCHEMA.contains(n))
+    };
+    let missing: Vec<_> = found.iter().filter(|name| !told(name)).collect();
+    assert!(found.len() > 1000 && missing.is_empty(), "{missing:?}");
+}
+
 #[test]
 fn a_quick_bench_writes_what_the_schema_says() {
     let place = Place::new();
@@ -119,6 +143,7 @@ fn a_quick_bench_writes_what_the_schema_says() {
     }
     check_runs(&bench);
     check_curve(&bench);
+    check_schema(&bench);
     let motion = &bench["motion"][0];
     assert_eq!(motion["case"], "flight");
     assert!(motion["alone"]["rel_mse"].as_f64().is_some_and(|e| (0.0..0.1).contains(&e)));
@@ -136,7 +161,9 @@ fn a_quick_bench_writes_what_the_schema_says() {
     assert!(events.iter().filter(|e| e["ph"] == "X").count() > 16);
     let page = String::from_utf8(place.read("b/report.html")).expect("UTF-8");
     assert!(page.matches("<svg").count() >= 3 && page.ends_with("</body></html>\n"));
-    assert!(!page.contains("http://") || !page.contains("src="), "it needs no other file");
+    let outside = ["http", "src=", "href=", "url(", "@import", "<script", "<link"];
+    let own = page.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+    assert!(!outside.iter().any(|mark| own.contains(mark)), "it needs no other file");
     let readme = String::from_utf8(place.read("readme.md")).expect("UTF-8");
     assert!(readme.starts_with("before\n") && readme.ends_with("<!-- /presets -->\nafter\n"));
     assert!(readme.contains("| cumulus | ultra |") && !readme.contains("old"), "{readme}");
@@ -177,17 +204,42 @@ fn scenes_of_ones_own_and_presets_in_turn() {
     assert!(run.out.contains("ratios="), "{}", run.out);
 }
 
+/// Nothing to be seen is nothing to be wrong about, in a bench and in an exact picture.
+#[test]
+fn a_scene_without_clouds_is_measured() {
+    let place = Place::new();
+    let clear =
+        "[camera]\nposition = [0, 100, 0]\ntarget = [0, 100, -1]\n[sun]\ndirection = [0, 1, 1]\n";
+    place.write("clear.toml", clear);
+    let run = place.works(
+        "bench --quick --size 1x1 --frames 1 --scene clear.toml --set grid_fineness=0.25 --out b",
+    );
+    assert!(word(&run, "clear/animated:low_ms").parse::<f64>().is_ok_and(|ms| ms > 0.0));
+    let bench = json(&place, "b/bench.json");
+    let points = bench["curves"][0]["points"].as_array().expect("points");
+    assert!(points.iter().all(|p| p["model"].is_null() && p["algorithm"].is_null()), "{points:?}");
+    assert_eq!(bench["motion"], serde_json::json!([]));
+    place.works("render --exact --size 2x1 --scene clear.toml --out exact.exr");
+    assert!(place.read("exact.exr").len() > 100);
+}
+
 #[test]
 fn what_cannot_be_measured_is_refused() {
     let place = Place::new();
     place.write("bench.json", "{\"schema\": 99}");
     place.write("other.json", "[]");
+    place.write("cut.json", "{\"schema\": 1, \"machine\": {");
+    place.write("nan.json", "{\"schema\": NaN}");
     for (arguments, parts) in [
         ("bench --scene none.toml", ["none.toml", "no such file"]),
         ("bench --compare bench.json bench.json", ["bench.json", "schema 1, found 99"]),
         ("bench --compare other.json other.json", ["other.json", "no bench"]),
         ("bench --compare none.json none.json", ["none.json", "bench.json"]),
+        ("bench --compare cut.json other.json", ["cut.json", "no bench"]),
+        ("bench --compare nan.json other.json", ["nan.json", "no bench"]),
+        ("bench --compare . other.json", [".:", "cannot be read"]),
         ("bench --preset low --against low", ["--against", "another preset"]),
+        ("bench --scene small.toml --scene small.toml", ["--scene", "different names"]),
         ("bench --preset low --preset low", ["--preset", "twice"]),
         ("bench --out small.toml", ["small.toml", "expected a folder"]),
         ("bench --readme none.md", ["none.md", "cannot be read"]),
@@ -200,6 +252,7 @@ fn what_cannot_be_measured_is_refused() {
         ("bench --set steps=0", "from 1 to 32"),
         ("bench --compare bench.json", "2 values"),
         ("bench --compare bench.json bench.json --quick", "--quick"),
+        ("bench --compare bench.json bench.json --out b", "--out"),
     ] {
         let message = place.refuses(arguments);
         assert!(message.contains(part), "{message}");

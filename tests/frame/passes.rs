@@ -180,6 +180,56 @@ fn what_is_out_of_view_is_not_made() {
     }
 }
 
+/// The sun's lists hold what may throw its shadow into view, and the shadow maps what may be read: with the bits of a
+/// renderer that leaves nothing out, wherever camera and sun are.
+#[test]
+fn what_throws_no_shadow_into_view_is_not_listed() {
+    let _turn = alone();
+    let field = cumulus();
+    let looking = |position: DVec3, ahead: DVec3, sun: DVec3| {
+        let mut scene = field.clone();
+        scene.camera.position = position;
+        scene.camera.target = position + 1000.0 * ahead;
+        scene.sun.direction = sun.normalize();
+        scene
+    };
+    let (noon, low, level) =
+        (DVec3::new(0.4, 0.8, -0.3), DVec3::new(-0.9, 0.1, -0.3), DVec3::new(0.3, 0.0, 1.0));
+    let (middle, above, aside) = (
+        DVec3::new(0.0, 1200.0, 0.0),
+        DVec3::new(0.0, 4000.0, 0.0),
+        DVec3::new(3000.0, 1100.0, 2000.0),
+    );
+    let mut views: Vec<_> = [DVec3::X, DVec3::Z, -DVec3::X, -DVec3::Z]
+        .into_iter()
+        .flat_map(|ahead| [noon, low].map(|sun| looking(middle, ahead, sun)))
+        .collect();
+    views.push(looking(middle, DVec3::new(0.2, 1.0, 0.1), noon));
+    views.push(looking(middle, DVec3::new(0.2, -1.0, 0.1), low));
+    views.push(looking(above, DVec3::new(0.3, -1.0, 0.0), noon));
+    views.push(looking(aside, DVec3::new(-1.0, -0.1, -1.0), level));
+    // Listed ones behind the eye, between it and the sun; one of them is larger than all of the field.
+    let mut listed = looking(middle, DVec3::X, low);
+    listed.particles = [(600.0, 500.0), (900.0, 60.0)]
+        .map(|(far, radius)| particle(middle + far * low.normalize(), radius, 0.02, "uniform"))
+        .into();
+    views.push(listed);
+    let mut some = renderer(&field, &settings(Preset::Low));
+    let mut all = renderer(&field, &settings(Preset::Low));
+    all.make_unseen(true);
+    let mut shares = Vec::new();
+    for (index, scene) in views.iter().enumerate() {
+        let [some, all] = [&mut some, &mut all].map(|renderer| render(renderer, scene, TIME));
+        assert_same_bits(&some, &all, &format!("view {index}"));
+        let [few, many] = [&some, &all].map(|p| p.stats.counters.light_list_entries as f64);
+        assert!(few > 0.0, "view {index}");
+        shares.push(few / many);
+    }
+    println!("shares of the sun's lists: {shares:.2?}");
+    let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+    assert!(mean < 0.8 && shares.iter().all(|share| *share <= 1.0), "{shares:?}");
+}
+
 /// The same for listed particles and pictures of other sizes, which keep none of the buffers.
 #[test]
 fn scenes_and_sizes_can_change_from_frame_to_frame() {
