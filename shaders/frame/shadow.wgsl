@@ -5,9 +5,10 @@
 // Workgroup contract: one invocation owns one texel of one map.
 #import cumuli::gpu_data::{FrameUniforms, LightView, Particle}
 #import cumuli::light_view::light_tile
+#import cumuli::numerics::unfolded
 #import cumuli::optical_depth::{copy_for, densities, march_from}
 #import cumuli::quaternion::rotate
-#import cumuli::shadow_maps::{BORDER, ENOUGH, MARGIN, NODES_HIGH, NODES_LOW, ShadowNodes, ShadowUniforms, lit_part, may_be_seen, pack_nodes}
+#import cumuli::shadow_maps::{BORDER, ENOUGH, NODES_HIGH, NODES_LOW, ShadowNodes, ShadowUniforms, pack_nodes}
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
 @group(0) @binding(1) var<uniform> view: LightView;
@@ -29,13 +30,53 @@ const LEAST_PART: f32 = 1e-6;
 const LEAST_TAU: f32 = 1e-20;
 const LOWER = vec4<f32>(0.0, 1.0, 2.0, 3.0);
 const UPPER = vec4<f32>(4.0, 5.0, 6.0, 7.0);
+// Cosine of the sun's zenith below which altitudes say nothing of where a ray is.
+const LEVEL: f32 = 1e-3;
 // Most of half the place of an eighth node: below a half by more than 16 bits round.
 const DEEP: f32 = 0.4999;
+// Texels around one that a look-up at its border reads, and one for rounding.
+const MARGIN: f32 = 2.0;
+
 // Whether anything that the eye sees may lie on the ray, within so many metres across it.
 fn in_view(origin: vec3<f32>, towards: vec3<f32>, across: f32) -> bool {
-    let altitudes = vec2(maps.lowest, maps.highest);
-    let part = lit_part(origin, towards, across, vec2(maps.nearest, maps.reach), altitudes, frame.has_ground);
-    return may_be_seen(origin, towards, across, part, frame.right.xyz, frame.up.xyz, frame.forward.xyz);
+    // Part of the ray at the altitudes of what is shadowed.
+    var near = maps.nearest;
+    var far = maps.nearest + maps.reach;
+    let nowhere = origin.y > FAR;
+    if (unfolded(frame.has_ground, nowhere) != 0u) & (towards.y > LEVEL) {
+        far = max(far, (origin.y - maps.lowest) / towards.y);
+    }
+    if !nowhere & (abs(towards.y) > LEVEL) {
+        let a = (origin.y - maps.lowest) / towards.y;
+        let b = (origin.y - maps.highest) / towards.y;
+        let slack = across / abs(towards.y);
+        near = max(near, min(a, b) - slack);
+        far = min(far, max(a, b) + slack);
+    }
+    if near > far {
+        return false;
+    }
+    let first = origin - near * towards;
+    let last = origin - far * towards;
+    // Planes through the eye; inside is where all are positive.
+    for (var side = 0u; side < 5u; side++) {
+        var normal = frame.forward.xyz;
+        switch side {
+            case 0u: { normal = length_squared(frame.right.xyz) * normal + frame.right.xyz; }
+            case 1u: { normal = length_squared(frame.right.xyz) * normal - frame.right.xyz; }
+            case 2u: { normal = length_squared(frame.up.xyz) * normal + frame.up.xyz; }
+            case 3u: { normal = length_squared(frame.up.xyz) * normal - frame.up.xyz; }
+            default: {}
+        }
+        if max(dot(first, normal), dot(last, normal)) < -across * length(normal) {
+            return false;
+        }
+    }
+    return true;
+}
+
+fn length_squared(v: vec3<f32>) -> f32 {
+    return dot(v, v);
 }
 
 // Part of the ray in a particle, from the sun on.

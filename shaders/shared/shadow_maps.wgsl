@@ -6,8 +6,6 @@
 // Depths along the ray count away from the sun, from the plane through the camera.
 #define_import_path cumuli::shadow_maps
 
-#import cumuli::numerics::unfolded
-
 const MAPS: u32 = 8u;
 
 struct ShadowUniforms {
@@ -22,7 +20,7 @@ struct ShadowUniforms {
     resolution: u32,             // texels a side
     maps: u32,
     seen_only: u32,              // 1: only what the picture may show is made
-    most_radius: f32,            // m, no particle is larger
+    padding_b: u32,
 }
 
 // Optical depths of a texel's nodes, and from each to the next; before the first and beyond the last
@@ -79,54 +77,4 @@ fn nodes_depth(nodes: ShadowNodes, at: f32) -> f32 {
     let gaps = max(vec3(nodes.high.yz, 2.0 * nodes.high.w) - nodes.high.xyz, vec3(LEAST_GAP));
     let high = clamp((at - nodes.high.xyz) / gaps, vec3(0.0), vec3(1.0, 1.0, DARKEST));
     return min(NODES_LOW.x + dot(low, STEPS_LOW) + dot(high, STEPS_HIGH), all);
-}
-
-// Cosine of the sun's zenith below which altitudes say nothing of where a ray is.
-const LEVEL: f32 = 1e-3;
-// Texels around one that a look-up at its border reads, and one for rounding.
-const MARGIN: f32 = 2.0;
-const NOWHERE: f32 = 1e30;
-
-// Part of a ray of the sun at the altitudes of what is lit and shadowed, m from the plane through the camera; where
-// it begins beyond its end there is none. `across`: m around the ray; `reach`: where matter begins and how far it goes
-// on; `altitudes`: relative to the camera.
-fn lit_part(origin: vec3<f32>, towards: vec3<f32>, across: f32, reach: vec2<f32>, altitudes: vec2<f32>, has_ground: u32) -> vec2<f32> {
-    var near = reach.x;
-    var far = reach.x + reach.y;
-    let nowhere = origin.y > NOWHERE;
-    if (unfolded(has_ground, nowhere) != 0u) & (towards.y > LEVEL) {
-        far = max(far, (origin.y - altitudes.x) / towards.y);
-    }
-    if !nowhere & (abs(towards.y) > LEVEL) {
-        let a = (origin.y - altitudes.x) / towards.y;
-        let b = (origin.y - altitudes.y) / towards.y;
-        let slack = across / abs(towards.y);
-        near = max(near, min(a, b) - slack);
-        far = min(far, max(a, b) + slack);
-    }
-    return vec2(near, far);
-}
-
-// Whether the eye may see anything of that part, within so many metres across it. Axes: those of the picture.
-fn may_be_seen(origin: vec3<f32>, towards: vec3<f32>, across: f32, part: vec2<f32>, right: vec3<f32>, up: vec3<f32>, forward: vec3<f32>) -> bool {
-    if part.x > part.y {
-        return false;
-    }
-    let first = origin - part.x * towards;
-    let last = origin - part.y * towards;
-    // Planes through the eye; inside is where all are positive.
-    for (var side = 0u; side < 5u; side++) {
-        var normal = forward;
-        switch side {
-            case 0u: { normal = dot(right, right) * normal + right; }
-            case 1u: { normal = dot(right, right) * normal - right; }
-            case 2u: { normal = dot(up, up) * normal + up; }
-            case 3u: { normal = dot(up, up) * normal - up; }
-            default: {}
-        }
-        if max(dot(first, normal), dot(last, normal)) < -across * length(normal) {
-            return false;
-        }
-    }
-    return true;
 }

@@ -20,6 +20,8 @@ pub struct Subject {
     pub name: String,
     /// Time of its making, shaders included, ms.
     pub start_ms: f64,
+    /// Whether its frames take over what frames before them have made: pixels, steps of the light grid's solution.
+    takes_over: bool,
 }
 
 impl Subject {
@@ -35,7 +37,9 @@ impl Subject {
         let renderer = Renderer::new(gpu, tables, scene, settings)?;
         gpu.wait()?;
         let start_ms = 1e3 * start.elapsed().as_secs_f64();
-        Ok(Self { renderer, name: name.to_owned(), start_ms })
+        let quality = settings.quality();
+        let takes_over = quality.pixel_stride > 1 || quality.grid.slice > 0;
+        Ok(Self { renderer, name: name.to_owned(), start_ms, takes_over })
     }
 }
 
@@ -95,7 +99,7 @@ pub fn fly(
     for timing in [false, true] {
         for (subject, frames) in subjects.iter_mut().zip(&frames) {
             // Light that served all frames of the first flight serves those of the second.
-            if !timing || frames.iter().any(makes_light) {
+            if !timing || subject.takes_over || frames.iter().any(makes_light) {
                 subject.renderer.forget();
             }
             subject.renderer.time_passes(timing)?;

@@ -88,8 +88,7 @@ impl Product {
         match self {
             Self::Particles => &[Input::Particles],
             Self::ScreenLists => &[Input::Particles, Input::Camera],
-            // Only what throws its shadow on what the eye may see is listed.
-            Self::LightLists => &[Input::Particles, Input::Camera, Input::Sun, Input::ShadowMaps],
+            Self::LightLists => &[Input::Particles, Input::Sun],
             Self::Light => &[Input::Particles, Input::Camera, Input::Sun, Input::Sky, Input::Grid],
             // Only what the eye may see is made.
             Self::Shadow => &[Input::Particles, Input::Camera, Input::Sun, Input::ShadowMaps],

@@ -336,8 +336,8 @@ gpu_struct! {
         maps: u32,
         /// 1: only what the picture may show is made.
         seen_only: u32,
-        /// m, no particle is larger.
-        most_radius: f32,
+        /// Unused.
+        padding_b: u32,
     }
 }
 

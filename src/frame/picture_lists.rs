@@ -79,8 +79,6 @@ pub enum Projection<'a> {
     Light {
         /// The view's uniforms.
         view: &'a wgpu::Buffer,
-        /// Those of the shadow maps, which tell what may be in sight.
-        maps: &'a wgpu::Buffer,
     },
 }
 
@@ -108,8 +106,8 @@ impl PictureLists {
             particle_count.as_entire_binding(),
         ];
         let mut resources = vec![frame.as_entire_binding()];
-        if let Projection::Light { view, maps } = projection {
-            resources.extend([view.as_entire_binding(), maps.as_entire_binding()]);
+        if let Projection::Light { view } = projection {
+            resources.push(view.as_entire_binding());
         }
         resources.extend(shared);
         if let Projection::Screen { visible } = projection {

@@ -152,7 +152,7 @@ impl Resources {
                 &frame,
                 &particles,
                 &particle_count,
-                &Projection::Light { view: &view, maps: &shadow.uniforms },
+                &Projection::Light { view: &view },
             );
             let job = passes.light.job(
                 gpu,

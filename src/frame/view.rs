@@ -36,8 +36,6 @@ pub struct Bounds {
     pub detail: f64,
     /// Radius of the smallest particle, m: the finest shadow map shows it.
     pub finest: f64,
-    /// No particle has a larger radius, m.
-    pub largest: f64,
     /// Whether particles lie around the camera, the larger the farther away.
     pub around_camera: bool,
 }
@@ -158,7 +156,7 @@ pub fn light_view(towards: DVec3, bounds: &Bounds, camera: DVec3) -> LightView {
 
 /// Deep shadow maps of a box, around the camera and on whole texels of the world: shadows don't crawl
 /// when the camera moves. The coarsest holds the box, each finer one half of it, up to texels that
-/// show the smallest particle. `seen_only`: texels and particles that the picture cannot show are left out.
+/// show the smallest particle. `seen_only`: texels that the picture cannot show are left out.
 pub fn shadow_uniforms(
     towards: DVec3,
     bounds: &Bounds,
@@ -210,7 +208,6 @@ pub fn shadow_uniforms(
         highest: (bounds.high.y - camera.y) as f32,
         resolution,
         seen_only: u32::from(seen_only),
-        most_radius: bounds.largest as f32,
         ..uniforms
     }
 }

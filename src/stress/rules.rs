@@ -203,6 +203,7 @@ pub const WHOLE: &[&str] = &[
     "ShadowUniforms.resolution",
     "ShadowUniforms.maps",
     "ShadowUniforms.seen_only",
+    "ShadowUniforms.padding_b",
     "SortUniforms.length",
     "SortUniforms.shift",
     "SortUniforms.blocks",

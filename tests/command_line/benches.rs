@@ -223,6 +223,20 @@ fn a_scene_without_clouds_is_measured() {
     assert!(place.read("exact.exr").len() > 100);
 }
 
+/// Frames that take pixels and light over from those before do the same work in both flights of a case.
+#[test]
+fn frames_that_take_over_are_measured() {
+    let place = Place::new();
+    place.works(
+        "bench --quick --size 16x9 --frames 2 --scene small.toml --set pixel_stride=2 \
+         --set grid_slice=2 --set grid_fineness=0.25 --out b",
+    );
+    let bench = json(&place, "b/bench.json");
+    let shaded = bench["runs"][1]["frames"][0]["counters"]["pixels_shaded"].as_u64();
+    // A quarter of the pixels, and those at the odd lower edge.
+    assert!(shaded.is_some_and(|n| n > 0 && n <= 8 * 5), "{shaded:?}");
+}
+
 #[test]
 fn what_cannot_be_measured_is_refused() {
     let place = Place::new();

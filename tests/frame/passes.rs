@@ -180,10 +180,11 @@ fn what_is_out_of_view_is_not_made() {
     }
 }
 
-/// The sun's lists hold what may throw its shadow into view, and the shadow maps what may be read: with the bits of a
-/// renderer that leaves nothing out, wherever camera and sun are.
+/// Shadow maps hold what the picture may read, wherever camera and sun are: it is that of maps that hold everything. The
+/// last bits of a few pixels may differ: a block of the march that ends below the ground or above all clouds reads the
+/// depth there, where nothing is shadowed, for a bin before it that has matter.
 #[test]
-fn what_throws_no_shadow_into_view_is_not_listed() {
+fn what_shadow_maps_leave_out_is_not_seen() {
     let _turn = alone();
     let field = cumulus();
     let looking = |position: DVec3, ahead: DVec3, sun: DVec3| {
@@ -195,39 +196,28 @@ fn what_throws_no_shadow_into_view_is_not_listed() {
     };
     let (noon, low, level) =
         (DVec3::new(0.4, 0.8, -0.3), DVec3::new(-0.9, 0.1, -0.3), DVec3::new(0.3, 0.0, 1.0));
-    let (middle, above, aside) = (
-        DVec3::new(0.0, 1200.0, 0.0),
-        DVec3::new(0.0, 4000.0, 0.0),
-        DVec3::new(3000.0, 1100.0, 2000.0),
-    );
-    let mut views: Vec<_> = [DVec3::X, DVec3::Z, -DVec3::X, -DVec3::Z]
-        .into_iter()
-        .flat_map(|ahead| [noon, low].map(|sun| looking(middle, ahead, sun)))
-        .collect();
+    let middle = DVec3::new(0.0, 1200.0, 0.0);
+    let mut views: Vec<_> =
+        [(DVec3::X, low), (DVec3::Z, low), (-DVec3::X, noon), (-DVec3::Z, noon)]
+            .map(|(ahead, sun)| looking(middle, ahead, sun))
+            .into();
     views.push(looking(middle, DVec3::new(0.2, 1.0, 0.1), noon));
-    views.push(looking(middle, DVec3::new(0.2, -1.0, 0.1), low));
-    views.push(looking(above, DVec3::new(0.3, -1.0, 0.0), noon));
+    views.push(looking(DVec3::new(0.0, 4000.0, 0.0), DVec3::new(0.3, -1.0, 0.0), noon));
+    let aside = DVec3::new(3000.0, 1100.0, 2000.0);
     views.push(looking(aside, DVec3::new(-1.0, -0.1, -1.0), level));
-    // Listed ones behind the eye, between it and the sun; one of them is larger than all of the field.
-    let mut listed = looking(middle, DVec3::X, low);
-    listed.particles = [(600.0, 500.0), (900.0, 60.0)]
-        .map(|(far, radius)| particle(middle + far * low.normalize(), radius, 0.02, "uniform"))
-        .into();
-    views.push(listed);
     let mut some = renderer(&field, &settings(Preset::Low));
     let mut all = renderer(&field, &settings(Preset::Low));
     all.make_unseen(true);
-    let mut shares = Vec::new();
     for (index, scene) in views.iter().enumerate() {
         let [some, all] = [&mut some, &mut all].map(|renderer| render(renderer, scene, TIME));
-        assert_same_bits(&some, &all, &format!("view {index}"));
-        let [few, many] = [&some, &all].map(|p| p.stats.counters.light_list_entries as f64);
-        assert!(few > 0.0, "view {index}");
-        shares.push(few / many);
+        let channels = || some.radiance.iter().flatten().zip(all.radiance.iter().flatten());
+        let differing = channels().filter(|(a, b)| a != b).count();
+        let worst = channels().map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        println!("view {index}: {differing} channels differ, by {worst:e} at most");
+        // A hundredth of the channels, by some bits of radiances about 0.2.
+        let few = 4 * some.radiance.len() / 100;
+        assert!(differing <= few && worst < 2e-6, "view {index}: {differing}, {worst:e}");
     }
-    println!("shares of the sun's lists: {shares:.2?}");
-    let mean = shares.iter().sum::<f64>() / shares.len() as f64;
-    assert!(mean < 0.8 && shares.iter().all(|share| *share <= 1.0), "{shares:?}");
 }
 
 /// The same for listed particles and pictures of other sizes, which keep none of the buffers.

@@ -135,7 +135,6 @@ const BOUNDS: Bounds = Bounds {
     high: DVec3::splat(2500.0),
     detail: 90.0,
     finest: 30.0,
-    largest: 1e4,
     around_camera: false,
 };
 

@@ -1,6 +1,6 @@
 //! Particles and their lists as seen from the eye and from a light, made on the device.
 
-use cumuli::frame::gpu_data::{FrameUniforms, LightView, Particle, ShadowUniforms};
+use cumuli::frame::gpu_data::{FrameUniforms, LightView, Particle};
 use cumuli::frame::picture_lists::{ListPasses, PictureLists, ProjectPass, Projection};
 use cumuli::frame::rings::particle_count_buffer;
 use cumuli::frame::tile_lists::ListSize;
@@ -109,11 +109,7 @@ impl Population {
     pub fn light(&self, view: &LightView) -> (PictureLists, wgpu::Buffer, Vec<u32>) {
         let project = ProjectPass::light(gpu(), library()).expect("the projection");
         let uniforms = buffers::uniform(gpu(), "light view", view);
-        // Nothing is left out, wherever the camera looks.
-        let maps = <ShadowUniforms as bytemuck::Zeroable>::zeroed();
-        let maps = buffers::uniform(gpu(), "shadow places", &maps);
-        let how = Projection::Light { view: &uniforms, maps: &maps };
-        let lists = self.lists(&project, view.tiles, &how);
+        let lists = self.lists(&project, view.tiles, &Projection::Light { view: &uniforms });
         let count = gpu().read_buffer::<u32>(&self.count, 1).expect("a count")[0];
         let order = gpu().read_buffer(lists.order(), count as usize).expect("the order");
         (lists, uniforms, order)

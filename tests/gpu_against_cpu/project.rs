@@ -158,7 +158,6 @@ fn light_tiles_list_what_their_lines_meet() {
             high: camera + spread,
             detail: 60.0,
             finest: 20.0,
-            largest: 700.0,
             around_camera,
         };
         let view = light_view(sun.normalize(), &bounds, camera);

@@ -5,7 +5,6 @@ use glam::DVec3;
 use super::Renderer;
 use crate::Result;
 use crate::frame::changes::FrameKey;
-use crate::frame::cpu::rings::RIM_RADIUS;
 use crate::frame::in_view::InView;
 use crate::frame::light_grid::{scale_field, scale_particles};
 use crate::frame::plan::Pass;
@@ -91,7 +90,6 @@ fn bounds(scene: &Scene, time: f64) -> Bounds {
         high: DVec3::NEG_INFINITY,
         detail: 1e-3,
         finest: f64::INFINITY,
-        largest: 0.0,
         around_camera: scene.clouds.is_some(),
     };
     if let Some(field) = &scene.clouds {
@@ -104,8 +102,6 @@ fn bounds(scene: &Scene, time: f64) -> Bounds {
             DVec3::new(camera.x + reach, base + 1.5 * field.thickness + largest, camera.z + reach);
         result.detail = largest;
         result.finest = largest;
-        let outermost = largest * f64::from(1_u32 << (field.rings.clamp(1, 31) - 1));
-        result.largest = outermost.min(f64::from(RIM_RADIUS) * field.thickness);
     }
     if !scene.particles.is_empty() {
         let mut radii = 0.0;
@@ -113,7 +109,6 @@ fn bounds(scene: &Scene, time: f64) -> Bounds {
             result.low = result.low.min(particle.centre - particle.radius);
             result.high = result.high.max(particle.centre + particle.radius);
             result.finest = result.finest.min(particle.radius);
-            result.largest = result.largest.max(particle.radius);
             radii += particle.radius;
         }
         result.detail = result.detail.max(radii / scene.particles.len() as f64);

@@ -102,7 +102,6 @@ impl Shadow {
     fn new(recipe: &Recipe) -> Self {
         let reach = recipe.spread + recipe.radii[1];
         let bounds = Bounds {
-            largest: 1e4,
             low: recipe.centre - reach,
             high: recipe.centre + reach,
             detail: reach,
