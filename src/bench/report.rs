@@ -62,7 +62,7 @@ fn curve_section(curve: &Curve) -> Result<String> {
     let _ = write!(
         text,
         "<p>Path-traced reference: {}. Errors are relMSE over pixels with clouds, without what the \
-         reference's own noise makes of it. The line is the Pareto front. Run time is {}.</p>",
+         reference's own noise makes of it. The line is the Pareto front. Marches are named by their steps. Run time is {}.</p>",
         escape(reference),
         match curve.cost {
             Cost::Wall => "wall time",

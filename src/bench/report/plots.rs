@@ -108,8 +108,8 @@ fn legend(area: &Area<'_>, names: &[String]) -> Result<()> {
 const KINDS: [(PointKind, &str, RGBColor); 4] = [
     (PointKind::Preset, "presets", RGBColor(200, 20, 50)),
     (PointKind::Knob, "one number of high changed", RGBColor(20, 130, 50)),
-    (PointKind::March, "marching view and sun rays, by steps", RGBColor(170, 95, 0)),
-    (PointKind::ViewMarch, "marching view rays, our light, by steps", RGBColor(20, 90, 190)),
+    (PointKind::March, "view and sun rays marched", RGBColor(170, 95, 0)),
+    (PointKind::ViewMarch, "view rays marched, our light", RGBColor(20, 90, 190)),
 ];
 
 /// Marks of a logarithmic axis: 1, 2 and 5 times powers of ten, or of more than three decades the powers
@@ -347,7 +347,7 @@ fn kinds_legend(area: &Area<'_>, kinds: &[(&str, ShapeStyle)]) -> Result<()> {
         area.draw(&path).map_err(failed)?;
         area.draw(&Text::new((*name).to_owned(), (x + 24, y), style.clone())).map_err(failed)?;
         let (width, _) = area.estimate_text_size(name, &style).map_err(failed)?;
-        x += width as i32 + 48;
+        x += width as i32 + 40;
     }
     Ok(())
 }
