@@ -5,6 +5,7 @@ use bytemuck::Zeroable;
 use glam::{DVec3, Vec3};
 use serde::Serialize;
 
+use super::explained::Steps;
 use super::{Case, Energy, Made};
 use crate::Result;
 use crate::error::Error;
@@ -59,6 +60,10 @@ pub const DEEPEST_COMPARED: f64 = 1e4;
 /// than in any cloud.
 const CLOUD: f64 = 100.0;
 
+/// Of transmittance and radiance in a pixel: up to this nothing is asked of its steps.
+const PLAIN: f64 = 0.01;
+/// Share of what energy allows that counts with the radiance of a pixel that it is judged by.
+const SEEN: f64 = 0.02;
 /// Radiance that counts as dark, over what energy allows: tables of the air and the light grid are in
 /// 16-bit floats, which end there.
 const DARK: f64 = 1e-4;
@@ -75,6 +80,10 @@ pub struct Difference {
     /// Of radiance, over the root mean square of the exact one, darkness apart; without pixels of the sun's disc, which
     /// is so bright that it shows the last digit of the transmittance.
     pub radiance: f64,
+    /// Of transmittance and radiance in the worst pixel.
+    pub worst: [f64; 2],
+    /// Of what steps don't explain.
+    pub unexplained: [f64; 2],
     /// Of radiance, over the root mean square of what energy allows.
     pub of_allowed: f64,
     /// Steps in a radius that the frame was marched with.
@@ -165,25 +174,36 @@ impl Composed<'_> {
         let frame =
             frame_uniforms(scene, &scene.camera, size, truncation, shift, &quality, 0, [true; 2]);
         let truth = SunTruth::new(tables, &particles, scene.sun.direction)?;
-        let inputs = ChordInputs {
+        let sun_depth = &|point: DVec3| truth.depth(point);
+        let inputs = || ChordInputs {
             frame: &frame,
             tables,
             scattering,
             phase: medium.phase.prepare(),
             halo,
             field: &field,
-            sun_depth: &|point| truth.depth(point),
+            sun_depth,
         };
         let scale = f64::from(frame.delta_scale);
         let noise: Vec<Particle> =
             particles.iter().filter(|p| p.shape != UNIFORM).copied().collect();
-        let exact = Exact::with_sky(scene, inputs, particles, lights, sky(scene, air))?;
+        let sky = sky(scene, air);
+        let exact =
+            Exact::with_sky(scene, inputs(), particles.clone(), lights.clone(), sky)?.filtered();
+        let steps = Steps {
+            exact: &exact,
+            inputs: &inputs(),
+            particles: &particles,
+            lights: &lights,
+            quality: &quality,
+        };
         let view = View::new(&scene.camera, size, None, Filter::Centre);
         let count = picture.radiance.len();
         let looked_at = count.min(PIXELS);
         let mut compared = 0;
         let (mut transmittance, mut outlines) = (0.0, 0.0);
         let (mut radiance, mut total, mut allowed) = (0.0, 0.0, 0.0);
+        let (mut worst, mut unexplained) = ([0.0f64; 2], [0.0f64; 2]);
         for i in 0..looked_at {
             // A step that shares no factor with the width: not the same column every time.
             let index = (i * count / looked_at + i % 7).min(count - 1);
@@ -200,7 +220,30 @@ impl Composed<'_> {
             let [r, g, b, opacity] = picture.radiance[index].map(f64::from);
             let off = (1.0 - opacity - expected.transmittance).powi(2);
             *(if all > CLOUD { &mut outlines } else { &mut transmittance }) += off;
-            if !energy.meets_disc(dir) {
+            let has_disc = energy.meets_disc(dir);
+            let scale = expected.radiance.length() + SEEN * 3.0f64.sqrt() * energy.bound(dir);
+            let apart = |a: DVec3, b: DVec3| {
+                if has_disc || a == b { 0.0 } else { (a - b).length() / scale }
+            };
+            let lit = DVec3::new(r, g, b);
+            let mut here = [off.sqrt(), apart(lit, expected.radiance)];
+            worst = [0, 1].map(|i| worst[i].max(here[i]));
+            if here[0] > PLAIN || here[1] > PLAIN {
+                let [few, many] = steps.few_and_many(dir);
+                let t = [
+                    1.0 - opacity - few.transmittance,
+                    many.transmittance - expected.transmittance,
+                ];
+                let l = [apart(lit, few.radiance), apart(many.radiance, expected.radiance)];
+                if std::env::var("ZZ").is_ok() {
+                    println!("ZZ {} all {all:.3e} off {here:?} T {t:?} L {l:?}", case.name);
+                }
+                here = [here[0].min(t[0].abs().max(t[1].abs())), here[1].min(l[0].max(l[1]))];
+            }
+            if all <= CLOUD {
+                unexplained = [0, 1].map(|i| unexplained[i].max(here[i]));
+            }
+            if !has_disc {
                 radiance += (DVec3::new(r, g, b) - expected.radiance).length_squared();
                 let bound = energy.bound(dir);
                 total += expected.radiance.length_squared() + (DARK * bound).powi(2);
@@ -216,6 +259,8 @@ impl Composed<'_> {
             transmittance: (transmittance / compared as f64).sqrt(),
             outlines: (outlines / compared as f64).sqrt(),
             radiance: over(total),
+            worst,
+            unexplained,
             of_allowed: over(allowed),
             steps: quality.steps,
             alike: false,
@@ -242,6 +287,8 @@ pub fn like(picture: &Picture, other: &Picture, steps: u32) -> Difference {
         transmittance,
         outlines,
         radiance,
+        worst: [transmittance, radiance],
+        unexplained: [transmittance, radiance],
         of_allowed: radiance,
         steps,
         alike: true,
@@ -254,7 +301,7 @@ fn depth(particle: &Particle, scale: f64) -> f64 {
 }
 
 /// Whether a ray from the eye meets a particle.
-fn meets(particle: &Particle, dir: DVec3) -> bool {
+pub(super) fn meets(particle: &Particle, dir: DVec3) -> bool {
     let [x, y, z] = particle.centre.map(f64::from);
     let (centre, radius) = (DVec3::new(x, y, z), f64::from(particle.radius));
     let nearest = centre.dot(dir).max(0.0) * dir;

@@ -10,6 +10,7 @@ pub mod beyond;
 pub mod composed;
 pub mod corners;
 pub mod energy;
+mod explained;
 pub mod large;
 mod live;
 pub mod random;
