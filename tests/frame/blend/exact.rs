@@ -5,7 +5,7 @@ use cumuli::frame::cpu::blend::Pixel;
 use cumuli::frame::cpu::lighting::Before;
 use cumuli::frame::cpu::segments::{Composed, compose as compose_segments};
 use cumuli::frame::gpu_data::FrameUniforms;
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Vec3};
 
 use super::clouds::Cloud;
 use super::rays::by_pixel;
