@@ -13,7 +13,7 @@
 // the tile's list and writes its texels. The count of density samples is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance, unfolded}
-#import cumuli::optical_depth::{copy_for, density_texture, march_between}
+#import cumuli::optical_depth::{copy_for, density_texture, march_between, pixels_per_radian}
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::quaternion::rotate
 #import cumuli::sky::ground_distance
@@ -70,7 +70,7 @@ var<private> list_begin: u32;
 var<private> list_end: u32;
 var<private> view: vec3<f32>;
 var<private> far: f32;                // m, to the ground
-var<private> pixels_per_radian: f32;
+var<private> pixels: f32;             // in a radian around the ray
 
 // Where a particle begins and ends on the pixel's ray, m; the end before the beginning: nowhere.
 fn span(particle: Particle) -> vec2<f32> {
@@ -190,7 +190,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
         samples = 0u;
         let ndc = (vec2<f32>(id.xy) + 0.5) / vec2<f32>(frame.size) * 2.0 - 1.0;
         view = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
-        pixels_per_radian = 0.5 * f32(frame.size.x) / length(frame.right.xyz);
+        pixels = pixels_per_radian(frame.size.x, length(frame.right.xyz), dot(view, frame.forward.xyz));
         far = FAR;
         if unfolded(frame.has_ground, view.y > FAR) != 0u {
             let ground = ground_distance(view);
@@ -246,7 +246,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
                 }
                 here = true;
                 let place = (point - particle.centre) / particle.radius;
-                let copy = copy_for(particle.radius * pixels_per_radian / max(length(particle.centre), particle.radius), particle.optical_radius);
+                let copy = copy_for(particle.radius * pixels / max(length(particle.centre), particle.radius), particle.optical_radius);
                 let own = particle.extinction * density_at(particle, place, copy);
                 sigma += own;
 #ifdef LIT

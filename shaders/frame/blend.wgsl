@@ -14,7 +14,7 @@
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
 #import cumuli::lighting::{mean_sunlight, own_share}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance, opacity, unfolded}
-#import cumuli::optical_depth::{copy_for, densities, march_from}
+#import cumuli::optical_depth::{copy_for, densities, march_from, pixels_per_radian}
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::quaternion::rotate
 #import cumuli::scattering::scattering_source
@@ -88,8 +88,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
         // Source of order 1 in undimmed sunlight, without halo.
         let phase_first = frame.albedo / frame.delta_scale * phase_once;
         let sun_row = halo_row(dir, sun);
-        // In the middle of the picture; a rectilinear picture stretches towards its corners.
-        let pixels_per_radian = 0.5 * f32(frame.size.x) / length(frame.right.xyz);
+        let pixels = pixels_per_radian(frame.size.x, length(frame.right.xyz), dot(dir, frame.forward.xyz));
         var far = FAR;
         if unfolded(frame.has_ground, dir.y > FAR) != 0u {
             let ground = ground_distance(dir);
@@ -185,7 +184,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
                 if shape != 0u {
                     let turn = particles[index].orientation;
                     let along = rotate(turn, dir) * (step / radius);
-                    let copy = copy_for(radius * pixels_per_radian / max(length(centre), radius), optical_radius);
+                    let copy = copy_for(radius * pixels / max(length(centre), radius), optical_radius);
                     let march = march_from(shape, rotate(turn, a_place) - first * along, along, copy);
                     low_tau *= densities(march, 0.5 * (low_first + low_last), low_last > low_first);
                     high_tau *= densities(march, 0.5 * (high_first + high_last), high_last > high_first);

@@ -104,16 +104,19 @@ fn shadow(@builtin(global_invocation_id) id: vec3<u32>) {
         let finer = maps.corner[id.z - 1u];
         let texel = (place - finer.xy) / finer.z - 0.5;
         let margin = min(texel, f32(maps.resolution) - 1.0 - texel) - BORDER;
-        wanted = wanted && min(margin.x, margin.y) < MARGIN * corner.z / finer.z;
+        // But not before and behind its range.
+        let range = maps.range[id.z - 1u];
+        let is_short = range.z > -FAR || range.w < FAR;
+        wanted = wanted && (is_short || min(margin.x, margin.y) < MARGIN * corner.z / finer.z);
     }
     let tile = light_tile(view, origin);
     if wanted && tile < view.tiles.x * view.tiles.y {
-        nodes = march(place, origin, tile, corner.z);
+        nodes = march(place, origin, tile, corner.z, maps.range[id.z]);
     }
     texels[(id.z * maps.resolution + id.y) * maps.resolution + id.x] = pack_nodes(nodes);
 }
 
-fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNodes {
+fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32, range: vec4<f32>) -> ShadowNodes {
     let towards = maps.towards.xyz;
     let end = min(tile_offsets[tile + 1u], arrayLength(&tile_entries));
     var low = tile_offsets[tile];
@@ -152,7 +155,7 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
             }
         }
         is_cut = is_cut || !(searched || entry >= end);
-        if begin >= FAR {
+        if begin >= min(FAR, range.w) {
             finished = true;
             break;
         }
@@ -242,10 +245,10 @@ fn march(place: vec2<f32>, origin: vec3<f32>, tile: u32, texel: f32) -> ShadowNo
         high_nodes = select(high_nodes, at + (NODES_HIGH - reached) * thickness, high_nodes >= vec3(FAR));
         eighth = select(at + (ENOUGH - reached) * thickness, enough_at, enough_at < FAR);
     }
-    let eighth_share = saturate((eighth - maps.nearest) / maps.reach);
+    let eighth_share = saturate((eighth - range.x) / range.y);
     let rest = select(0.5 + 0.5 * exp(-depth), min(0.5 * eighth_share, DEEP), depth > NODES_HIGH.z);
-    var low_share = saturate((low_nodes - maps.nearest) / maps.reach);
-    var high_share = saturate((high_nodes - maps.nearest) / maps.reach);
+    var low_share = saturate((low_nodes - range.x) / range.y);
+    var high_share = saturate((high_nodes - range.x) / range.y);
     // None before the last: far from the eye f32 rounds places by more than a step of 16 bits.
     low_share.y = max(low_share.x, low_share.y);
     low_share.z = max(low_share.y, low_share.z);

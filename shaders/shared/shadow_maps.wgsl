@@ -13,6 +13,7 @@ struct ShadowUniforms {
     axis_v: vec4<f32>,           // xyz: maps' y axis, world
     towards: vec4<f32>,          // xyz: towards the sun
     corner: array<vec4<f32>, 8>, // xy: m, corner relative to the camera; z: m, a texel; fine to coarse
+    range: array<vec4<f32>, 8>,  // x: m, where each map's nodes begin; y: m, from there to where they end; z, w: m, the same two places where matter lies beyond, else infinitely far
     nearest: f32,                // m, where matter begins
     reach: f32,                  // m, from there to where it ends
     lowest: f32,                 // m, altitudes of what is shadowed, relative to the camera
@@ -32,7 +33,7 @@ const STEPS_LOW = vec4<f32>(0.23, 0.35, 0.5, 0.7);
 const STEPS_HIGH = vec3<f32>(1.2, 2.0, 3.0);
 // Optical depth at which the march ends; where it is reached is the eighth node of deep columns.
 const ENOUGH: f32 = 8.0;
-// Least distance of two nodes in units of `reach`: half of what a texel can hold.
+// Least distance of two nodes in units of a map's range: half of what a texel can hold.
 const LEAST_GAP: f32 = 7.6e-6;
 // Depth beyond which there is no sun: least transmittance of f32 is not reached.
 const DARKEST: f32 = 80.0;
@@ -41,7 +42,7 @@ const MOST_DEPTH: f32 = 20.0;
 // Texels at the border of a map that the next one shows.
 const BORDER: f32 = 1.5;
 
-// Where the nodes lie, in units of `reach` from `nearest` on. high.w: of columns that reach the seventh
+// Where the nodes lie, in units of the map's range from its begin on. high.w: of columns that reach the seventh
 // half the place of the eighth; of the others 1/2 and half the transmittance of all their matter.
 struct ShadowNodes {
     low: vec4<f32>,

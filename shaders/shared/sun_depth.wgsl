@@ -18,14 +18,16 @@ fn texel_depth(index: u32, at: f32) -> f32 {
 // between them.
 fn sun_depth(point: vec3<f32>) -> f32 {
     let place = vec2(dot(point, shadow_maps.axis_u.xyz), dot(point, shadow_maps.axis_v.xyz));
-    let at = (-dot(point, shadow_maps.towards.xyz) - shadow_maps.nearest) / shadow_maps.reach;
+    let along = -dot(point, shadow_maps.towards.xyz);
     let last = f32(shadow_maps.resolution) - 1.0;
     let maps = unfolded(shadow_maps.maps, arrayLength(&shadow_texels) == 0u);
     for (var m = 0u; m < maps; m++) {
         let corner = shadow_maps.corner[m];
         let texel = (place - corner.xy) / corner.z - 0.5;
         let margin = min(texel, last - texel);
-        if min(margin.x, margin.y) >= BORDER {
+        let range = shadow_maps.range[m];
+        if min(margin.x, margin.y) >= BORDER && along >= range.z && along <= range.w {
+            let at = (along - range.x) / range.y;
             let first = floor(texel);
             let share = texel - first;
             let low = vec2<u32>(first);

@@ -226,6 +226,13 @@ fn chord_part(shape: u32, entry: vec3<f32>, exit: vec3<f32>, begin: f32, end: f3
     return vec3(sums.x / BINS, select(vec2(begin, end), min(sums.yz / sums.x, vec2(1.0)), sums.x > 0.0));
 }
 
+// Pixels in a radian around a ray, in a picture of so many pixels across half of which is `tangent` wide; `cosine`
+// is that of the ray's angle to the view axis. A rectilinear picture stretches things by 1 / cosine along circles
+// around its middle and by the square of that across them: here the mean by area.
+fn pixels_per_radian(width: u32, tangent: f32, cosine: f32) -> f32 {
+    return 0.5 * f32(width) / (tangent * cosine * sqrt(cosine));
+}
+
 // The copy for a particle of this radius on screen, in pixels, and this optical depth of its mean
 // density over a radius.
 fn copy_for(radius_pixels: f32, optical_radius: f32) -> u32 {

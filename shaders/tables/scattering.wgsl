@@ -37,6 +37,9 @@ const CROWDING: f32 = 2.0;
 // Optical depth below which the light of a piece is the mean transmittance's series; above it the
 // difference keeps five digits.
 const THIN_PIECE: f32 = 0.02;
+// Twice the least height over the sun's plane for which the way out to the sun is a quotient, radii: none
+// that f32 tells from 0.
+const LEAST_HEIGHT: f32 = 1e-30;
 
 // Texture place of a coordinate in 0..1 on an axis whose ends are nodes.
 fn table_place(coordinate: f32, nodes: f32) -> f32 {
@@ -70,7 +73,11 @@ fn single_source(chord: f32, height: f32, climb: f32, optical_radius: f32) -> f3
         let t = chord * fraction;
         let along = height + t * climb;
         let inside = t * max(chord - t, 0.0);
-        let here = optical_radius * (t + max(sqrt(along * along + inside) - along, 0.0));
+        // On the sunward side not the difference of root and height: f32 makes 0 of it in the outermost sliver
+        // of an opaque sphere, where all its light comes from.
+        let root = sqrt(along * along + inside);
+        let out = select(root - along, inside / max(root + along, LEAST_HEIGHT), along > 0.0);
+        let here = optical_radius * (t + out);
         // Negative where the way to the sun shrinks faster than the eye's grows.
         let step = here - depth;
         let here_light = exp(-here);

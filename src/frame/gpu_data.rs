@@ -322,6 +322,9 @@ gpu_struct! {
         towards: [f32; 4],
         /// x, y: corner (m, relative to the camera); z: a texel, m; fine to coarse.
         corner: [[f32; 4]; SHADOW_MAPS],
+        /// x: m, where each map's nodes begin; y: m, from there to where they end; z, w: m, the same two places
+        /// where matter lies beyond, else infinitely far.
+        range: [[f32; 4]; SHADOW_MAPS],
         /// m, where matter begins on the sun's way, from the plane through the camera.
         nearest: f32,
         /// m, from there to where it ends.

@@ -22,6 +22,14 @@ const LEAST_LIGHT_TILE: f64 = 1.0;
 const WARP_DETAILS: f64 = 24.0;
 /// Texels of the finest shadow map in a radius of the smallest particle.
 const TEXELS_PER_RADIUS: f64 = 8.0;
+/// Texels of the finest shadow map in a radius of the smallest particle that is large to the eye, at least, as far
+/// as no more than the coarser maps' texels are the price.
+const LEAST_TEXELS_PER_RADIUS: f64 = 1.0;
+/// Texels of a shadow map before and behind the camera over which its nodes reach at most: one for each step of the
+/// 16 bits that tell where they lie.
+const RANGE_TEXELS: f64 = 32_768.0;
+/// Stands for infinitely far on the device, m.
+const FAR: f32 = 1e30;
 /// Texels at the borders of a shadow map that the next one shows, both sides together.
 const SHADOW_BORDER_TEXELS: f64 = 6.0;
 
@@ -36,6 +44,8 @@ pub struct Bounds {
     pub detail: f64,
     /// Radius of the smallest particle, m: the finest shadow map shows it.
     pub finest: f64,
+    /// Radius of the smallest listed particle that is large to the eye, m; infinite where there is none.
+    pub closest: f64,
     /// Whether particles lie around the camera, the larger the farther away.
     pub around_camera: bool,
 }
@@ -154,9 +164,24 @@ pub fn light_view(towards: DVec3, bounds: &Bounds, camera: DVec3) -> LightView {
     }
 }
 
+/// Where the nodes of a shadow map may lie, no farther than `most` from the camera (m).
+fn shadow_range(nearest: f64, reach: f64, most: f64) -> [f32; 4] {
+    let farthest = nearest + reach;
+    let is_cut = [nearest < -most, farthest > most];
+    if is_cut == [false; 2] {
+        return [nearest as f32, reach as f32, -FAR, FAR];
+    }
+    let [begin, end] = [nearest, farthest].map(|place| place.clamp(-most, most));
+    // All of the matter before it, or behind: nothing is asked of it.
+    let length = (end - begin).max(1e-6);
+    let least = if is_cut[0] { begin as f32 } else { -FAR };
+    [begin as f32, length as f32, least, if is_cut[1] { end as f32 } else { FAR }]
+}
+
 /// Deep shadow maps of a box, around the camera and on whole texels of the world: shadows don't crawl
 /// when the camera moves. The coarsest holds the box, each finer one half of it, up to texels that
-/// show the smallest particle. `seen_only`: texels that the picture cannot show are left out.
+/// show the smallest particle; less than half where the last would not even show what is large to the eye: drops
+/// around it beside a field of kilometres. `seen_only`: texels that the picture cannot show are left out.
 pub fn shadow_uniforms(
     towards: DVec3,
     bounds: &Bounds,
@@ -181,6 +206,9 @@ pub fn shadow_uniforms(
     let mut side = (high - low).max_element().max(1e-3);
     let mut uniforms = <ShadowUniforms as bytemuck::Zeroable>::zeroed();
     let mut corners = Vec::new();
+    let spread = LEAST_TEXELS_PER_RADIUS * side / texels / bounds.closest;
+    // Whole, so that texels don't change their size with every step of the camera.
+    let factor = spread.powf(1.0 / (SHADOW_MAPS - 1) as f64).ceil().max(2.0);
     loop {
         let texel = side / texels;
         let corner = middle - 0.5 * f64::from(resolution) * texel;
@@ -190,12 +218,19 @@ pub fn shadow_uniforms(
             break;
         }
         // The next one around the camera, as far as it is within this one.
-        middle = DVec2::ZERO.clamp(middle - 0.25 * side, middle + 0.25 * side);
-        side *= 0.5;
+        let room = 0.5 * side * (1.0 - 1.0 / factor);
+        middle = DVec2::ZERO.clamp(middle - room, middle + room);
+        side /= factor;
     }
     uniforms.maps = corners.len() as u32;
-    for (slot, corner) in uniforms.corner.iter_mut().zip(corners.into_iter().rev()) {
-        *slot = corner;
+    let reach = (farthest - nearest).max(1e-6);
+    for (i, corner) in corners.into_iter().rev().enumerate() {
+        uniforms.corner[i] = corner;
+        // The coarsest has all: it is asked where the others end.
+        let most = RANGE_TEXELS * f64::from(corner[2]);
+        let is_last = i + 1 == uniforms.maps as usize;
+        uniforms.range[i] =
+            shadow_range(nearest, reach, if is_last { f64::INFINITY } else { most });
     }
     let lowest = ground.map_or(bounds.low.y, |g| g.min(bounds.low.y)) - camera.y;
     ShadowUniforms {
@@ -203,11 +238,61 @@ pub fn shadow_uniforms(
         axis_v: four(axis_v),
         towards: four(towards),
         nearest: nearest as f32,
-        reach: (farthest - nearest).max(1e-6) as f32,
+        reach: reach as f32,
         lowest: lowest as f32,
         highest: (bounds.high.y - camera.y) as f32,
         resolution,
         seen_only: u32::from(seen_only),
         ..uniforms
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn maps(closest: f64, half: f64) -> ShadowUniforms {
+        let [low, high] = [DVec3::splat(-half), DVec3::splat(half)];
+        let finest = closest.min(1.0);
+        let bounds = Bounds { low, high, detail: 1.0, finest, closest, around_camera: false };
+        shadow_uniforms(DVec3::new(0.0, 0.6, 0.8), &bounds, DVec3::ZERO, None, 256, true)
+    }
+
+    #[test]
+    fn each_map_is_half_of_the_next_and_reaches_through_all_matter() {
+        let maps = maps(f64::INFINITY, 1e4);
+        let used = maps.maps as usize;
+        assert_eq!(used, SHADOW_MAPS);
+        for i in 1..used {
+            assert!((maps.corner[i][2] / maps.corner[i - 1][2] - 2.0).abs() < 1e-6);
+            assert_eq!(maps.range[i], [maps.nearest, maps.reach, -FAR, FAR]);
+        }
+    }
+
+    #[test]
+    fn what_is_large_to_the_eye_has_texels_beside_a_wide_field() {
+        let drop = 1e-3;
+        for half in [1e2, 1e5, 1e9] {
+            let maps = maps(drop, half);
+            let used = maps.maps as usize;
+            assert!(maps.corner[0][2] <= 1.001 * drop as f32, "{half}: {:?}", maps.corner);
+            for (i, [begin, length, least, most]) in maps.range[..used].iter().enumerate() {
+                let texel = maps.corner[i][2];
+                // No step of 16 bits is longer than a texel, but in the coarsest, which has all.
+                assert!(i + 1 == used || length / 65_536.0 <= 1.001 * texel, "{half} {i}");
+                assert!(*least == -FAR || *least == *begin, "{half} {i}");
+                assert!(*most == FAR || (most - begin - length).abs() <= 1e-6 * length);
+                assert!(begin.abs() <= half as f32 * 2.0 && *begin <= 0.0 && begin + length >= 0.0);
+            }
+            assert_eq!(maps.range[used - 1], [maps.nearest, maps.reach, -FAR, FAR]);
+        }
+    }
+
+    #[test]
+    fn a_map_far_from_all_matter_has_no_range() {
+        // All of it lies behind, or before.
+        assert_eq!(shadow_range(50.0, 10.0, 8.0), [8.0, 1e-6, -FAR, 8.0]);
+        assert_eq!(shadow_range(-50.0, 10.0, 8.0), [-8.0, 1e-6, -8.0, FAR]);
+        assert_eq!(shadow_range(-50.0, 100.0, 8.0), [-8.0, 16.0, -8.0, 8.0]);
     }
 }

@@ -22,6 +22,8 @@ const CLOUDY: f64 = 0.5;
 /// Where the error cannot be reached with the paths that a pixel may get, and where there is hardly
 /// a cloud, so many times the error is aimed at.
 const COARSE: f64 = 3.0;
+/// Times the paths that a pixel may get: who needs so many gets those of the coarse aim.
+const HOPELESS: f64 = 2.0;
 
 /// What is wanted of a picture whose pixels get paths by their noise.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -47,8 +49,14 @@ impl Aim {
         let level = (self.standard_error * around.brightness).powi(2);
         let most = f64::from(self.most);
         let wanted = around.variance / level.max(f64::MIN_POSITIVE);
-        let fine = wanted <= most && around.opacity >= CLOUDY;
-        let wanted = if fine { wanted } else { wanted / (COARSE * COARSE) };
+        let coarse = wanted / (COARSE * COARSE);
+        // From all that it may get to the coarse aim's: who needs a little more than that is a little noisier.
+        let hopeless = (wanted / most - 1.0).clamp(0.0, HOPELESS - 1.0) / (HOPELESS - 1.0);
+        let wanted = if around.opacity >= CLOUDY {
+            wanted.min(most) * (1.0 - hopeless) + coarse * hopeless
+        } else {
+            coarse
+        };
         // The number is whole and in range.
         wanted.ceil().clamp(f64::from(PILOT.min(self.most)), most) as u32
     }
@@ -99,10 +107,10 @@ fn seen(film: &Film, index: usize) -> Around {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Exposure;
     use super::super::film::Pixel;
     use super::super::statistics::Moments;
     use super::super::view::Filter;
+    use super::super::{Exposure, Random};
     use super::*;
     use crate::scene::Scene;
     use crate::tables::TableSet;
@@ -131,6 +139,13 @@ mod tests {
         assert!(allot(pixel(2.0, 15.9, 0.0)).abs_diff(9938) <= 1);
         // Hopeless, and hardly a cloud: for three times the error.
         assert!(allot(pixel(2.0, 32.0, 0.0)).abs_diff(2222) <= 1);
+        assert!(allot(pixel(2.0, 64.0, 0.0)).abs_diff(4444) <= 1);
+        // In between no step is a cliff: a hundredth more wanted changes it by a tenth at most.
+        let counts = (0..100).map(|i| allot(pixel(2.0, 15.0 * 1.01f64.powi(i), 0.0)));
+        let counts: Vec<_> = counts.map(f64::from).collect();
+        let steepest =
+            counts.windows(2).map(|two| (two[1] / two[0]).ln().abs()).fold(0.0, f64::max);
+        assert!(steepest < 0.1, "{steepest}");
         assert!(allot(pixel(2.0, 4.0, 0.9)).abs_diff(278) <= 1);
         assert_eq!(allot(pixel(2.0, 4e9, 0.0)), 10_000);
         // Nothing to find, and nothing at all.
@@ -151,6 +166,42 @@ mod tests {
             assert_eq!(other[own], even[own]);
             assert_eq!(even.iter().zip(&other).filter(|(a, b)| a != b).count(), moved);
         }
+    }
+
+    /// Pixels whose paths are seldom bright, and then very: where a pixel's own pilot decided, those that look dark by
+    /// chance would get fewer paths, and their mean counted as much as that of the others.
+    #[test]
+    fn rare_bright_paths_do_not_make_the_mean_lean() {
+        const BRIGHT: f64 = 0.03;
+        let aim = Aim { standard_error: 0.3, most: 2000 };
+        let mut random = Random::new(7, 0, 0);
+        let mut hits = |count: u32| (0..count).filter(|_| random.unit() < BRIGHT).count() as f64;
+        // By the pixels around, as it is; and by each pixel's own pilot.
+        let (mut around, mut own) = (Moments::default(), Moments::default());
+        for _ in 0..500 {
+            let pilots: Vec<f64> = (0..63).map(|_| hits(PILOT)).collect();
+            let pilot = f64::from(PILOT);
+            let pixels = |x: u32, y: u32| {
+                let mean = pilots[(x + 9 * y) as usize] / pilot;
+                pixel(mean, mean * (1.0 - mean) * pilot / (pilot - 1.0), 0.0)
+            };
+            let wanted = aim.allot(&film(pixels));
+            let mut mean = |index: usize, count: u32| {
+                (pilots[index] + hits(count - PILOT)) / f64::from(count) / BRIGHT - 1.0
+            };
+            for index in 0..pilots.len() {
+                around.add(mean(index, wanted[index]));
+                let seen = pilots[index] / pilot;
+                let alone =
+                    Around { brightness: seen, variance: seen * (1.0 - seen), opacity: 1.0 };
+                own.add(mean(index, aim.paths(&alone)));
+            }
+        }
+        println!("around {:?}, own {:?}", around.estimate(), own.estimate());
+        // A lean of one per cent would be seen here; the other rule has 7.6.
+        assert!(around.estimate().standard_error < 0.002);
+        assert!(around.estimate().z(0.0, 0.0).abs() < 4.0, "{:?}", around.estimate());
+        assert!(own.estimate().z(0.0, 0.0).abs() > 10.0, "{:?}", own.estimate());
     }
 
     /// Of a scene that ships, against as many paths a pixel: alike within the errors that both

@@ -4,6 +4,7 @@
 
 use glam::DVec3;
 
+use self::air::AirAlong;
 use super::geometry::Ray;
 use super::grid::ParticleGrid;
 use super::particles::WorldParticle;
@@ -21,9 +22,6 @@ use crate::tables::TableSet;
 
 /// Steps of rays through the air: its radiance is then within 1e-3 of its limit.
 pub const AIR_STEPS: u32 = 64;
-/// Places along the clouds of a ray at which the air is worked out; between them it is
-/// interpolated: over 20 km of clouds the error is below 1e-4 of the air's light.
-const AIR_KNOTS: usize = 24;
 /// Steps from one place where the depth to the sun is worked out to the next; linear between them.
 const STEPS_TO_THE_SUN: usize = 4;
 /// Nothing behind this transmittance is seen.
@@ -53,6 +51,7 @@ pub struct Exact<'a> {
     sky: Sky,
     has_air: bool,
     has_ground: bool,
+    is_filtered: bool,
 }
 
 /// Optical depth towards the sun through the true density of all particles.
@@ -90,33 +89,19 @@ struct Chord<'a> {
     begin: f64,
     end: f64,
     light: ChordLight,
+    /// In place of the particle's own density: a copy of its shape's.
+    copied: Option<(&'a TableSet, u32, usize)>,
 }
 
-/// Light of the air and its transmittance at some distances of a ray, interpolated.
-struct AirAlong {
-    begin: f64,
-    step: f64,
-    knots: Vec<(DVec3, DVec3)>,
-}
-
-impl AirAlong {
-    fn new(sky: &Sky, dir: DVec3, begin: f64, end: f64) -> Self {
-        let step = (end - begin).max(1e-9) / (AIR_KNOTS - 1) as f64;
-        let knots = (0..AIR_KNOTS)
-            .map(|i| {
-                let air = sky.air_between(dir, begin + step * i as f64);
-                (air.inscatter, air.transmittance)
-            })
-            .collect();
-        Self { begin, step, knots }
-    }
-
-    fn at(&self, distance: f64) -> (DVec3, DVec3) {
-        let place = ((distance - self.begin) / self.step).clamp(0.0, (AIR_KNOTS - 1) as f64);
-        let low = (place as usize).min(AIR_KNOTS - 2);
-        let ((a, b), (c, d)) = (self.knots[low], self.knots[low + 1]);
-        let share = place - low as f64;
-        (a.lerp(c, share), b.lerp(d, share))
+impl Chord<'_> {
+    /// Extinction at a point, 1/m.
+    fn extinction_at(&self, point: DVec3) -> f64 {
+        let particle = self.particle;
+        let Some((tables, shape, copy)) = self.copied else {
+            return particle.extinction_at(point);
+        };
+        let offset = (point - particle.centre) / particle.radius;
+        particle.extinction * tables.density(shape, particle.to_own * offset, copy)
     }
 }
 
@@ -155,19 +140,45 @@ impl<'a> Exact<'a> {
             has_air: matches!(scene.sky, SkyOf::Atmosphere),
             has_ground: scene.effective_ground().is_some(),
             grid: ParticleGrid::new(placed),
+            is_filtered: false,
         })
+    }
+
+    /// With the filtered copies of densities that the frame reads for particles of a few pixels, in place of the
+    /// densities: what the frame then is to be the same as.
+    pub fn filtered(self) -> Self {
+        Self { is_filtered: true, ..self }
     }
 
     /// What is seen in a direction from the eye.
     pub fn pixel(&self, dir: DVec3) -> ExactPixel {
+        let clouds = self.clouds(dir, self.far(dir));
+        self.with_behind(dir, &clouds)
+    }
+
+    /// The same of clouds that have been composed without the air: it is taken at their distance, as the frame does.
+    pub fn pixel_of(&self, dir: DVec3, mut clouds: Composed) -> ExactPixel {
+        if self.has_air && clouds.transmittance < 1.0 {
+            let air = self.sky.air_between(dir, clouds.distance);
+            let opacity = 1.0 - clouds.transmittance;
+            clouds.radiance = clouds.radiance * air.transmittance + opacity * air.inscatter;
+        }
+        self.with_behind(dir, &clouds)
+    }
+
+    /// Where rays end: m, to the ground, if they meet it.
+    pub fn far(&self, dir: DVec3) -> f64 {
         let ground = if self.has_ground { self.sky.ground_distance(dir) } else { -1.0 };
-        let far = if ground >= 0.0 { ground } else { f64::INFINITY };
-        let clouds = self.clouds(dir, far);
+        if ground >= 0.0 { ground } else { f64::INFINITY }
+    }
+
+    fn with_behind(&self, dir: DVec3, clouds: &Composed) -> ExactPixel {
+        let ground = self.far(dir);
         let scale = f64::from(self.inputs.frame.delta_scale);
         let straight = clouds.transmittance.powf(1.0 / scale);
         let behind = if clouds.transmittance <= OPAQUE {
             DVec3::ZERO
-        } else if ground >= 0.0 {
+        } else if ground.is_finite() {
             let sunlit = (-(self.inputs.sun_depth)(dir * ground)).exp();
             let light = self.sky.ground_radiance(dir, ground, sunlit);
             let air = self.sky.air_between(dir, ground);
@@ -197,7 +208,9 @@ impl<'a> Exact<'a> {
             let entry = (ray.at(near) - particle.centre) / particle.radius;
             let (own, light) = (&self.frame_particles[i as usize], &self.lights[i as usize]);
             let light = self.inputs.light(own, light, ray.dir, entry);
-            Some(Chord { particle, begin, end, light })
+            let copy = if self.is_filtered { self.inputs.copy(own, ray.dir) } else { 0 };
+            let copied = (copy > 0).then_some((self.inputs.tables, own.shape, copy));
+            Some(Chord { particle, begin, end, light, copied })
         };
         found.iter().filter_map(chord).collect()
     }
@@ -267,7 +280,7 @@ fn compose_piece(
         let before = Before { view, since_gap: since_gap + view - at_begin };
         let own = |chord: &Chord<'_>| {
             let at = GAUSS.map(|place| ray.at(begin + step * place));
-            at.iter().map(|point| 0.5 * step * chord.particle.extinction_at(*point)).sum::<f64>()
+            at.iter().map(|point| 0.5 * step * chord.extinction_at(*point)).sum::<f64>()
         };
         let pieces: Vec<f64> = open.iter().map(|chord| own(chord)).collect();
         let tau: f64 = pieces.iter().sum();
@@ -294,5 +307,6 @@ fn compose_piece(
     }
 }
 
+mod air;
 #[cfg(test)]
 mod tests;

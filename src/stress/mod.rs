@@ -9,7 +9,9 @@ pub mod audit;
 pub mod beyond;
 pub mod composed;
 pub mod corners;
+pub mod difference;
 pub mod energy;
+mod explained;
 pub mod large;
 mod live;
 pub mod random;
@@ -20,7 +22,8 @@ mod weather;
 use serde::Serialize;
 
 pub use audit::Audit;
-pub use composed::{Difference, KeptAir};
+pub use composed::KeptAir;
+pub use difference::Difference;
 pub use energy::Energy;
 
 use crate::error::{Error, Result};
@@ -229,7 +232,7 @@ impl Stress {
         if let Some(made) = &self.made {
             let energy = Energy::new(&case.scene, made);
             row.composed = match like {
-                Some(like) => Some(composed::like(&picture, &like, case.preset.quality().steps)),
+                Some(like) => Some(difference::like(&picture, &like, case.preset.quality().steps)),
                 None => composed::Composed { made, tables: &self.tables, energy: &energy }
                     .difference(case, &picture, &mut self.air)?,
             };

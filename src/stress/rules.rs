@@ -100,6 +100,7 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("ShadowUniforms.axis_v", ANY),
     ("ShadowUniforms.towards", ANY),
     ("ShadowUniforms.corner", ANY),
+    ("ShadowUniforms.range", ANY),
     ("ShadowUniforms.nearest", ANY),
     ("ShadowUniforms.reach", POSITIVE),
     ("ShadowUniforms.lowest", ANY),

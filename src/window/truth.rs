@@ -277,6 +277,24 @@ mod tests {
         }
     }
 
+    /// A defect on the thread: here the window's own call, the first time.
+    #[test]
+    fn a_panic_on_the_thread_is_told() {
+        let first = AtomicBool::new(true);
+        let wake = move || assert!(!first.swap(false, Ordering::Relaxed), "stumbled");
+        let tables = Arc::new(TableSet::embedded().expect("the built-in tables"));
+        let truth = Truth::start(order(), tables, Arc::new(wake)).expect("a thread");
+        let end = Instant::now() + Duration::from_secs(60);
+        let error = loop {
+            if let Some(Err(error)) = truth.news() {
+                break error.to_string();
+            }
+            assert!(Instant::now() < end, "nothing is told");
+            std::thread::sleep(Duration::from_millis(5));
+        };
+        assert!(error.ends_with("tracing the reference: stumbled"), "{error}");
+    }
+
     #[test]
     fn errors_of_a_frame_are_told_as_they_are() {
         let tables = Arc::new(TableSet::embedded().expect("the built-in tables"));

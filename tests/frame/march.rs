@@ -104,7 +104,9 @@ fn agrees_with_its_twin() {
         sunlight: DVec3::splat(SUN),
         ambient: DVec3::splat(SKY),
         stop: f64::from(Preset::High.quality().transmittance_stop),
-        pixels_per_radian: 0.5 * f64::from(SIZE[0]) / scene.camera.half_width(),
+        width: SIZE[0],
+        tangent: scene.camera.half_width(),
+        forward: scene.camera.basis().forward,
         steps: how.steps,
         sun_steps: how.sun_steps(),
         ..MarchTwin::new(&particles, &TABLES, phase)

@@ -135,6 +135,7 @@ const BOUNDS: Bounds = Bounds {
     high: DVec3::splat(2500.0),
     detail: 90.0,
     finest: 30.0,
+    closest: f64::INFINITY,
     around_camera: false,
 };
 

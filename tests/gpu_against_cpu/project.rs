@@ -158,6 +158,7 @@ fn light_tiles_list_what_their_lines_meet() {
             high: camera + spread,
             detail: 60.0,
             finest: 20.0,
+            closest: f64::INFINITY,
             around_camera,
         };
         let view = light_view(sun.normalize(), &bounds, camera);

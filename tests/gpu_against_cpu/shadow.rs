@@ -22,7 +22,9 @@ const CAMERA: DVec3 = DVec3::new(4321.0, 200.0, -1234.0);
 /// All particles, relative to the camera, within these.
 fn bounds(finest: f64) -> Bounds {
     let (low, high) = (DVec3::new(-700.0, 300.0, -900.0), DVec3::new(900.0, 1600.0, 700.0));
-    Bounds { low: CAMERA + low, high: CAMERA + high, detail: 90.0, finest, around_camera: false }
+    let (low, high) = (CAMERA + low, CAMERA + high);
+    let closest = f64::INFINITY;
+    Bounds { low, high, detail: 90.0, finest, closest, around_camera: false }
 }
 
 struct Made {

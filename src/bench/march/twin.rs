@@ -7,7 +7,7 @@ use crate::frame::cpu::segments::{Composed, mean_scatter_fraction};
 use crate::frame::gpu_data::Particle;
 use crate::medium::PreparedPhase;
 use crate::tables::TableSet;
-use crate::tables::optical_depth::volume::copy_for;
+use crate::tables::optical_depth::volume::{copy_for, pixels_per_radian};
 
 /// Octaves of sunlight, and the factor from one to the next.
 const OCTAVES: u32 = 8;
@@ -35,8 +35,12 @@ pub struct MarchTwin<'a> {
     pub ambient: DVec3,
     /// A ray ends below this transmittance.
     pub stop: f64,
-    /// Of the middle of the picture.
-    pub pixels_per_radian: f64,
+    /// Pixels across the picture.
+    pub width: u32,
+    /// Half of the picture's width at a distance of 1.
+    pub tangent: f64,
+    /// The view axis.
+    pub forward: DVec3,
     /// Along the eye's ray.
     pub steps: u32,
     /// Through each chord of a sun's ray.
@@ -64,7 +68,10 @@ impl<'a> MarchTwin<'a> {
             sunlight: DVec3::ONE,
             ambient: DVec3::ZERO,
             stop: 0.0,
-            pixels_per_radian: f64::INFINITY,
+            width: 1,
+            // Nothing is filtered.
+            tangent: 0.0,
+            forward: DVec3::ZERO,
             steps: 64,
             sun_steps: 8,
         }
@@ -134,6 +141,7 @@ impl<'a> MarchTwin<'a> {
         }
         let mut sum = Composed { radiance: DVec3::ZERO, transmittance: 1.0, distance: 0.0 };
         let step = occupied / f64::from(self.steps);
+        let pixels = pixels_per_radian(self.width, self.tangent, dir.dot(self.forward));
         let mut t = 0.0;
         while sum.transmittance > self.stop && step > 0.0 {
             let at = t + 0.5 * step;
@@ -149,7 +157,7 @@ impl<'a> MarchTwin<'a> {
             }
             let extinction = |(particle, _): &(&Particle, [f64; 2])| {
                 let (centre, radius) = (vector(particle.centre), f64::from(particle.radius));
-                let pixels = radius * self.pixels_per_radian / centre.length().max(radius);
+                let pixels = radius * pixels / centre.length().max(radius);
                 let place = (point - centre) / radius;
                 f64::from(particle.extinction)
                     * self.density(

@@ -5,7 +5,6 @@ use glam::{DQuat, DVec3};
 use super::lighting::{RayLight, mean_sunlight, own_share};
 use super::segments::{ChordInputs, Composed, mean_scatter_fraction};
 use crate::frame::gpu_data::{Particle, ParticleLight};
-use crate::tables::optical_depth::volume::copy_for;
 
 /// Bins of a block.
 pub const BINS: usize = 8;
@@ -123,9 +122,7 @@ impl Pixel<'_> {
                 * (-f64::from(light.ambient_above[3])).exp();
         }
         let turn = DQuat::from_array(particle.orientation.map(f64::from));
-        let pixels_per_radian = 0.5 * f64::from(frame.size[0]) / vector(&frame.right).length();
-        let pixels = (radius * pixels_per_radian / centre.length().max(radius)) as f32;
-        let copy = copy_for(pixels, particle.optical_radius);
+        let copy = self.inputs.copy(particle, self.dir);
         for (i, bin) in block.bins.iter_mut().enumerate() {
             let [from, to] = [first, last].map(|t| t.clamp(i as f64, i as f64 + 1.0));
             if to <= from {

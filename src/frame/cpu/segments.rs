@@ -10,7 +10,7 @@ use super::lighting::{Before, ChordLight, PieceLight, RayLight, SunDepth};
 use crate::frame::gpu_data::{FrameUniforms, Particle, ParticleLight};
 use crate::medium::{Halo, PreparedPhase};
 use crate::tables::optical_depth::ChordProfile;
-use crate::tables::optical_depth::volume::copy_for;
+use crate::tables::optical_depth::volume::{copy_for, pixels_per_radian};
 use crate::tables::{ScatteringTable, TableSet};
 
 /// Part of a ray within one particle.
@@ -80,6 +80,15 @@ pub fn mean_scatter_fraction(tau: f64) -> f64 {
 }
 
 impl ChordInputs<'_> {
+    /// The filtered copy of a particle's density that a ray from the eye reads.
+    pub fn copy(&self, particle: &Particle, dir: DVec3) -> usize {
+        let cosine = dir.dot(vector(&self.frame.forward));
+        let pixels =
+            pixels_per_radian(self.frame.size[0], vector(&self.frame.right).length(), cosine);
+        let (centre, radius) = (vector(&particle.centre), f64::from(particle.radius));
+        copy_for((radius * pixels / centre.length().max(radius)) as f32, particle.optical_radius)
+    }
+
     /// The chord of a ray from the eye through a particle, up to `far` (m), where there is one.
     pub fn chord(
         &self,
@@ -102,16 +111,11 @@ impl ChordInputs<'_> {
         }
         let place = |distance: f64| (distance * dir - centre) / radius;
         let turn = DQuat::from_array(particle.orientation.map(f64::from));
-        let pixels_per_radian =
-            0.5 * f64::from(self.frame.size[0]) / vector(&self.frame.right).length();
         let profile = self.tables.copied_profile(
             particle.shape,
             turn * place(near),
             turn * place(near + 2.0 * half),
-            copy_for(
-                (radius * pixels_per_radian / centre.length().max(radius)) as f32,
-                particle.optical_radius,
-            ),
+            self.copy(particle, dir),
         );
         let length = 2.0 * half;
         let optical_depth =

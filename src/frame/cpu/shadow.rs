@@ -15,7 +15,7 @@ const BINS: usize = 8;
 const LEAST_STEP: f64 = 1e-6;
 /// Optical depth at which the march ends.
 const ENOUGH: f64 = 8.0;
-/// Least distance of two nodes, in units of the reach.
+/// Least distance of two nodes, in units of a map's range.
 const LEAST_GAP: f64 = 7.6e-6;
 /// Depth beyond which there is no sun.
 const DARKEST: f64 = 80.0;
@@ -31,7 +31,7 @@ fn axis(v: [f32; 4]) -> DVec3 {
     DVec3::new(v[0].into(), v[1].into(), v[2].into())
 }
 
-/// Where on a texel's ray its nodes lie, in units of the maps' reach.
+/// Where on a texel's ray its nodes lie, in units of the map's range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nodes {
     /// Of [`NODES`].
@@ -114,6 +114,7 @@ impl Column<'_> {
     pub fn nodes(&self, map: usize, texel: [u32; 2]) -> Nodes {
         let place = self.place(map, texel);
         let texel_side = f64::from(self.maps.corner[map][2]);
+        let [range_begin, range, _, range_end] = self.maps.range[map].map(f64::from);
         let towards = axis(self.maps.towards);
         let origin = place.x * axis(self.maps.axis_u) + place.y * axis(self.maps.axis_v);
         let met: Vec<_> = self
@@ -145,7 +146,7 @@ impl Column<'_> {
                 let up_to = (from_here - begin) * f64::from(self.steps) / BINS as f64;
                 smallest = smallest.min(f64::from(particle.radius).max(up_to));
             }
-            if !begin.is_finite() {
+            if !begin.is_finite() || begin >= range_end {
                 break;
             }
             let step = (smallest / f64::from(self.steps)).max(LEAST_STEP * begin.abs());
@@ -206,9 +207,7 @@ impl Column<'_> {
                 eighth = at[reached] + (ENOUGH - NODES[reached]) * thickness;
             }
         }
-        let share = |t: f64| {
-            ((t - f64::from(self.maps.nearest)) / f64::from(self.maps.reach)).clamp(0.0, 1.0)
-        };
+        let share = |t: f64| ((t - range_begin) / range).clamp(0.0, 1.0);
         let is_deep = depth > NODES[6];
         let rest =
             if is_deep { (0.5 * share(eighth)).min(0.4999) } else { 0.5 + 0.5 * (-depth).exp() };
@@ -236,12 +235,14 @@ impl Maps<'_> {
     pub fn depth(&self, point: DVec3) -> f64 {
         let maps = self.uniforms;
         let place = DVec2::new(point.dot(axis(maps.axis_u)), point.dot(axis(maps.axis_v)));
-        let at = (-point.dot(axis(maps.towards)) - f64::from(maps.nearest)) / f64::from(maps.reach);
+        let along = -point.dot(axis(maps.towards));
         for map in 0..maps.maps as usize {
             let [x, y, side, _] = maps.corner[map].map(f64::from);
             let texel = (place - DVec2::new(x, y)) / side - 0.5;
             let margin = texel.min(f64::from(maps.resolution) - 1.0 - texel).min_element();
-            if margin >= BORDER {
+            let [begin, range, least, most] = maps.range[map].map(f64::from);
+            if margin >= BORDER && along >= least && along <= most {
+                let at = (along - begin) / range;
                 let first = texel.floor();
                 let (u, v) = ((texel - first).x, (texel - first).y);
                 let [x, y] = [first.x as i64, first.y as i64];

@@ -83,6 +83,9 @@ pub fn sky_inputs(scene: &Scene) -> SkyInputs {
     }
 }
 
+/// Distance of a particle that is large to the eye over its radius, at most: a degree of the view.
+const LARGE: f64 = 60.0;
+
 /// A box around all particles of the scene.
 fn bounds(scene: &Scene, time: f64) -> Bounds {
     let mut result = Bounds {
@@ -90,6 +93,7 @@ fn bounds(scene: &Scene, time: f64) -> Bounds {
         high: DVec3::NEG_INFINITY,
         detail: 1e-3,
         finest: f64::INFINITY,
+        closest: f64::INFINITY,
         around_camera: scene.clouds.is_some(),
     };
     if let Some(field) = &scene.clouds {
@@ -109,6 +113,10 @@ fn bounds(scene: &Scene, time: f64) -> Bounds {
             result.low = result.low.min(particle.centre - particle.radius);
             result.high = result.high.max(particle.centre + particle.radius);
             result.finest = result.finest.min(particle.radius);
+            let distance = particle.centre.distance(scene.camera.position);
+            if distance <= LARGE * particle.radius {
+                result.closest = result.closest.min(particle.radius);
+            }
             radii += particle.radius;
         }
         result.detail = result.detail.max(radii / scene.particles.len() as f64);

@@ -32,6 +32,14 @@ pub const VOLUMES: usize = 3;
 static DENSITIES: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|byte| volume_density(byte as u8).to_f32()));
 
+/// Pixels in a radian around a ray, in a picture of so many pixels across half of which is `tangent` wide; `cosine`
+/// is that of the ray's angle to the view axis. A rectilinear picture stretches things by 1 / cosine along circles
+/// around its middle and by the square of that across them: here the mean by area. Twin of the function in the
+/// shader.
+pub fn pixels_per_radian(width: u32, tangent: f64, cosine: f64) -> f64 {
+    0.5 * f64::from(width) / (tangent * cosine * cosine.sqrt())
+}
+
 /// The copy for a particle of this radius on screen, in pixels, and this optical depth of its mean
 /// density over a radius; twin of `copy_for` in the shader.
 pub fn copy_for(radius_pixels: f32, optical_radius: f32) -> usize {

@@ -137,6 +137,34 @@ fn shader_lookup_equals_its_twin() {
     }
 }
 
+/// In the outermost sliver of a sphere, where all light of an opaque one comes from, f32 has few digits of places.
+#[test]
+fn order_1_of_opaque_spheres_equals_its_twin() {
+    let gpu = Gpu::headless().expect("adapter");
+    let table = small_table();
+    let rays: Vec<[[f32; 4]; 3]> = (0..4000)
+        .map(|i| {
+            let entry = direction(i, 0.2);
+            let dir = direction(i, 0.55);
+            let dir = if dir.dot(entry) > 0.0 { -dir } else { dir };
+            let optical_radius = 1e2 * 1e7f64.powf((i as f64 * 0.577_215_66).fract());
+            let pack = |v: DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
+            [pack(entry, optical_radius), pack(dir, 0.0), pack(direction(i, 0.8), 0.0)]
+        })
+        .collect();
+    let (mut worst, mut lit) = (0.0f64, 0);
+    for (ray, got) in rays.iter().zip(&probe(&gpu, table, &rays)) {
+        let v = |i: usize| DVec3::new(ray[i][0].into(), ray[i][1].into(), ray[i][2].into());
+        let want = table.lookup(v(0), v(1), v(2), ray[0][3].into())[0];
+        if want > 1e-3 {
+            lit += 1;
+            worst = worst.max((f64::from(got[0]) / want - 1.0).abs());
+        }
+    }
+    println!("{lit} lit rays, the worst off by {worst:.1e}");
+    assert!(lit > 1500 && worst < 1e-4, "{lit} {worst:e}");
+}
+
 #[test]
 fn parameters_lie_where_the_shader_reads_them() {
     let library = ShaderLibrary::new().expect("modules");

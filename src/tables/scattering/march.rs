@@ -64,7 +64,11 @@ impl ChordMarch {
             let t = chord * fraction;
             let along = height + t * climb;
             let inside = t * (chord - t).max(0.0);
-            let here = optical_radius * (t + ((along * along + inside).sqrt() - along).max(0.0));
+            let root = (along * along + inside).sqrt();
+            // As a quotient on the sunward side: the difference has no digits in the outermost sliver of an
+            // opaque sphere.
+            let out = if along > 0.0 { inside / (root + along) } else { root - along };
+            let here = optical_radius * (t + out);
             let (step, here_light) = (here - depth, (-here).exp());
             // Next to the terminator the way to the sun may shrink faster than the eye's grows.
             let mean = if step.abs() < SERIES_BELOW {

@@ -10,6 +10,7 @@ use gilrs::{Axis, Button, EventType, Gamepad, Gilrs, GilrsBuilder};
 
 use super::Sticks;
 use crate::window::camera::Lean;
+use crate::window::guard::guarded;
 use crate::window::input::Key;
 use crate::window::studio::Wake;
 
@@ -44,9 +45,15 @@ impl Pads {
         std::thread::spawn(move || {
             // The dead zone is ours: gilrs' own is one for each axis, and leaves a cross.
             let builder = GilrsBuilder::new().with_default_filters(false).set_update_state(false);
-            match builder.build() {
+            let listened = guarded("listening to gamepads", || match builder.build() {
                 Ok(gilrs) => listen(gilrs, &send, &wake, &ends),
                 Err(error) => tracing::warn!("no gamepads: {error}"),
+            });
+            // What a defect of theirs costs is the gamepads: the window is told, and goes on.
+            if let Err(error) = listened {
+                tracing::error!("{error}");
+                let _ = send.send(News::Message(error.to_string()));
+                wake();
             }
         });
         Self { news, closed }

@@ -68,6 +68,28 @@ fn pictures_come_and_only_the_last_order_counts() {
     }
 }
 
+/// A defect on the thread: here the window's own call, the first time.
+#[test]
+fn a_panic_on_the_thread_is_told() {
+    let first = std::sync::atomic::AtomicBool::new(true);
+    let wake = move || {
+        assert!(!first.swap(false, std::sync::atomic::Ordering::Relaxed), "stumbled");
+    };
+    let tables = Arc::new(TableSet::embedded().expect("the built-in tables"));
+    let mut studio = Studio::new(None, tables, Arc::new(wake)).expect("a thread");
+    studio.order(order(&Arc::new(scene()), [16, 8]), false);
+    let end = Instant::now() + PATIENCE;
+    let error = loop {
+        match studio.reply() {
+            Some(Reply::Failed(error)) => break error.to_string(),
+            Some(_) => {}
+            None => std::thread::sleep(Duration::from_millis(5)),
+        }
+        assert!(Instant::now() < end, "nothing is told");
+    };
+    assert!(error.ends_with("making a picture: stumbled"), "{error}");
+}
+
 #[test]
 fn what_cannot_be_done_is_refused_and_the_next_order_is_done() {
     let mut studio = studio();

@@ -106,6 +106,7 @@ impl Shadow {
             high: recipe.centre + reach,
             detail: reach,
             finest: reach,
+            closest: f64::INFINITY,
             around_camera: false,
         };
         let maps = shadow_uniforms(sun(), &bounds, DVec3::ZERO, None, SHADOW_TEXELS, true);

@@ -4,8 +4,7 @@ use crate::TABLES;
 use cumuli::frame::cpu::blend::Pixel;
 use cumuli::frame::cpu::lighting::Before;
 use cumuli::frame::cpu::segments::{Composed, compose as compose_segments};
-use cumuli::frame::gpu_data::{FrameUniforms, Particle};
-use cumuli::tables::optical_depth::volume::copy_for;
+use cumuli::frame::gpu_data::FrameUniforms;
 use glam::{DQuat, DVec3, Vec3};
 
 use super::clouds::Cloud;
@@ -25,14 +24,6 @@ pub(super) fn merge(frame: &FrameUniforms, cloud: &Cloud) -> (Vec<[f32; 4]>, Vec
 
 /// Steps of the exact compositor in a radius of the smallest particle on a stretch of the ray.
 pub(super) const FINE: f64 = 150.0;
-
-/// The filtered copy that is read for a particle.
-pub(super) fn copy_in(pixel: &Pixel<'_>, particle: &Particle) -> usize {
-    let frame = pixel.inputs.frame;
-    let pixels_per_radian = 0.5 * frame.size[0] as f32 / Vec3::from_slice(&frame.right).length();
-    let distance = Vec3::from(particle.centre).length().max(particle.radius);
-    copy_for(particle.radius * pixels_per_radian / distance, particle.optical_radius)
-}
 
 /// Adds up all particles at every point of a ray, in small steps.
 pub(super) fn integrate(pixel: &Pixel<'_>) -> Composed {
@@ -65,7 +56,7 @@ pub(super) fn integrate(pixel: &Pixel<'_>) -> Composed {
                 .iter()
                 .map(|(p, _)| {
                     let turn = DQuat::from_array(p.orientation.map(f64::from));
-                    let copy = copy_in(pixel, p);
+                    let copy = pixel.inputs.copy(p, pixel.dir);
                     let at = (middle * pixel.dir - Vec3::from(p.centre).as_dvec3())
                         / f64::from(p.radius);
                     f64::from(p.extinction) * step * TABLES.density(p.shape, turn * at, copy)
