@@ -63,6 +63,7 @@ use half::f16;
 use self::cells::{Crossing, cells, centre, corners, index, side};
 use crate::frame::gpu_data::{GridLevel, LightGridUniforms, Particle};
 use crate::frame::light_grid::{least_eigenvalue, relaxations};
+use crate::tables::TableSet;
 
 /// Directions of travel.
 pub const DIRECTIONS: usize = 12;
@@ -147,17 +148,17 @@ impl GridLight {
         }
     }
 
-    /// Solves for particles given relative to the anchor. `spreads` by shape; `turns` of scattering
-    /// and sweeping for the coarsest level and for each finer one.
+    /// Solves for particles given relative to the anchor. `spreads` by shape, of the tables; `turns` of
+    /// scattering and sweeping for the coarsest level and for each finer one.
     pub fn solve(
         uniforms: &LightGridUniforms,
         particles: &[Particle],
-        spreads: &[f32],
+        (spreads, tables): (&[f32], &TableSet),
         turns: [u32; 2],
     ) -> Self {
         let mut grid = Self::empty(uniforms);
         for particle in particles {
-            grid.splat(particle, f64::from(spreads[particle.shape as usize]));
+            grid.splat(particle, f64::from(spreads[particle.shape as usize]), tables);
         }
         let [coarsest, finer] = turns.map(|turns| relaxations(turns, least_eigenvalue(uniforms)));
         let levels = grid.levels();

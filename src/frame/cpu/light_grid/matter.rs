@@ -2,19 +2,47 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use super::GridLight;
 use super::cells::{index, low, side};
 use crate::frame::gpu_data::{GridLevel, Particle};
+use crate::tables::TableSet;
 
 /// Cells of the box around a ball beyond which the sum of its shares is their integral.
 const MOST_CELLS: f64 = 2048.0;
 
+/// Mean side of a cell, in radii, from which on the filtered copies of a noise shape are read.
+const COPY_SIDES: [f64; 2] = [0.0898, 0.1796];
+/// Share of a small ball's cells in those of a noise shape.
+const LEAST_SHARE: f64 = 1e-4;
+
+/// A shape that is spread by its own density.
+#[derive(Clone, Copy)]
+struct Noise<'a> {
+    tables: &'a TableSet,
+    particle: &'a Particle,
+    copy: usize,
+}
+
+impl Noise<'_> {
+    /// Density at an offset from the particle's centre, m; twin of `density_at`.
+    fn density(&self, offset: DVec3) -> f64 {
+        let axes = DQuat::from_array(self.particle.orientation.map(f64::from));
+        let place = axes * (offset / f64::from(self.particle.radius));
+        if place.abs().max_element() > 1.0 {
+            return 0.0;
+        }
+        self.tables.density(self.particle.shape, place, self.copy)
+    }
+}
+
 /// How a particle is spread over the cells of a level.
-struct Spread {
+struct Spread<'a> {
     /// m.
     ball: f64,
+    /// None for uniform and for small ones.
+    noise: Option<Noise<'a>>,
     cell: DVec3,
     /// Cells from the level's corner.
     place: DVec3,
@@ -23,22 +51,30 @@ struct Spread {
     is_small: bool,
 }
 
-impl Spread {
-    fn new(level: &GridLevel, ball: f64, middle: DVec3) -> Self {
+impl<'a> Spread<'a> {
+    fn new(level: &GridLevel, particle: &'a Particle, ball: f64, tables: &'a TableSet) -> Self {
         let cell = side(level);
-        let place = (middle - low(level)) / cell;
+        let place = (DVec3::from_array(particle.centre.map(f64::from)) - low(level)) / cell;
         let is_small = ball < 0.75 * cell.max_element();
-        let reach = if is_small { DVec3::ONE } else { ball / cell + 0.5 };
-        Self { ball, cell, place, reach, is_small }
+        let radius = f64::from(particle.radius);
+        let mean_side = cell.element_sum() / 3.0 / radius;
+        let copy = COPY_SIDES.iter().filter(|side| mean_side > **side).count();
+        let noise = (particle.shape > 0 && !is_small).then_some(Noise { tables, particle, copy });
+        let widest = if noise.is_some() { radius } else { ball };
+        let reach = if is_small { DVec3::ONE } else { (widest / cell + 0.5).max(DVec3::ONE) };
+        Self { ball, noise, cell, place, reach, is_small }
     }
 
     fn share(&self, at: DVec3) -> f64 {
         let away = self.place - at - 0.5;
+        let hat = (1.0 - away.abs()).max(DVec3::ZERO).element_product();
         if self.is_small {
-            let hat = (1.0 - away.abs()).max(DVec3::ZERO);
-            return hat.x * hat.y * hat.z;
+            return hat;
         }
         let offset = away * self.cell;
+        if let Some(noise) = &self.noise {
+            return noise.density(-offset) + LEAST_SHARE * hat;
+        }
         let distance = offset.length();
         let width = offset.abs().dot(self.cell) / distance.max(1e-6);
         ((self.ball - distance) / width.max(self.cell.min_element()) + 0.5).clamp(0.0, 1.0)
@@ -81,20 +117,23 @@ impl Spread {
 }
 
 impl GridLight {
-    pub(super) fn splat(&mut self, particle: &Particle, spread: f64) {
+    pub(super) fn splat(&mut self, particle: &Particle, spread: f64, tables: &TableSet) {
         let radius = f64::from(particle.radius);
         let mass = f64::from(particle.optical_radius) * radius * radius * 4.0 / 3.0 * PI;
-        let middle = DVec3::from_array(particle.centre.map(f64::from));
         for l in 0..self.levels() {
             let level = self.level(l);
-            let spread = Spread::new(&level, radius * spread, middle);
+            let spread = Spread::new(&level, particle, radius * spread, tables);
             let size = DVec3::new(level.size[0].into(), level.size[1].into(), level.size[2].into());
             let (place, reach) = (spread.place, spread.reach);
             if (place + reach).min_element() < 0.0 || (place - reach).cmpgt(size).any() {
                 continue;
             }
-            let total = if spread.is_large() { spread.integral() } else { spread.sum() };
-            let scale = mass / (total.max(1e-20) * spread.cell.element_product());
+            let volume = spread.cell.element_product();
+            let scale = match (spread.is_large(), spread.noise) {
+                (true, Some(_)) => f64::from(particle.extinction),
+                (true, None) => mass / (spread.integral() * volume),
+                (false, _) => mass / (spread.sum().max(1e-20) * volume),
+            };
             spread.shares(DVec3::ZERO, size - 1.0, |at, share| {
                 let at = index(&level, at.to_array().map(|v| v as usize));
                 self.extinction[at] += share * scale;
