@@ -7,6 +7,8 @@
 #import cumuli::gpu_data::{Particle, ParticleCount}
 #import cumuli::light_grid_data::{GridLevel, LightGridUniforms, grid_index}
 #import cumuli::numerics::unfolded
+#import cumuli::optical_depth::density_at
+#import cumuli::quaternion::rotate
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
 @group(0) @binding(1) var<storage, read> particles: array<Particle>;
@@ -25,6 +27,11 @@ const LEAST_TOTAL: f32 = 1e-20;
 // Cells of the box around a ball up to which one invocation spreads it: few enough for a watchdog, and for
 // drivers that end all loops of an invocation after 65535 turns (lavapipe), on all levels together.
 const MOST_CELLS: f32 = 2048.0;
+// Mean side of a cell, in radii, from which on the first and the second filtered copy of a noise shape are read: a
+// cell's mean is about that of a copy whose nodes are half a cell apart, and those of the shape are 2 / 63.
+const COPY_SIDES = vec2<f32>(0.0898, 0.1796); // 4 / 63 times the roots of 2 and 8
+// Share of a small ball's cells in those of a noise shape: where no cell's middle meets matter, that is where it goes.
+const LEAST_SHARE: f32 = 1e-4;
 const LARGE_WORKGROUP: u32 = 256u;
 // Words of `large` before the particles.
 const LARGE_HEAD: u32 = 2u;
@@ -44,8 +51,10 @@ struct Spread {
     place: vec3<f32>,   // cells from the level's corner
     reach: vec3<f32>,   // cells that may get a share, to each side
     is_small: bool,     // linear between the nearest cells
+    is_noise: bool,     // by the density at the middles of the cells
     meets: bool,        // the level
     is_large: bool,     // left to `splat_large`
+    copy: u32,          // filtered copy of the density
 }
 
 fn spread_over(level: GridLevel, particle: Particle) -> Spread {
@@ -55,8 +64,11 @@ fn spread_over(level: GridLevel, particle: Particle) -> Spread {
     s.mass = particle.optical_radius * particle.radius * particle.radius * (4.0 / 3.0 * PI);
     s.place = (particle.centre - level.low.xyz) / cell;
     s.is_small = s.ball < 0.75 * max(cell.x, max(cell.y, cell.z));
+    s.is_noise = (particle.shape > 0u) & !s.is_small;
     // Small ones at least over the nearest cells.
-    s.reach = select(s.ball / cell + 0.5, vec3(1.0), s.is_small);
+    s.reach = select(max(select(s.ball, particle.radius, s.is_noise) / cell + 0.5, vec3(1.0)), vec3(1.0), s.is_small);
+    let side = dot(cell, vec3(1.0 / 3.0)) / particle.radius;
+    s.copy = select(0u, 1u, side > COPY_SIDES.x) + select(0u, 1u, side > COPY_SIDES.y);
     let size = vec3<f32>(level.size.xyz);
     s.meets = all(s.place + s.reach >= vec3(0.0)) & all(s.place - s.reach <= size);
     let box = 2.0 * s.reach + 1.0;
@@ -64,10 +76,15 @@ fn spread_over(level: GridLevel, particle: Particle) -> Spread {
     return s;
 }
 
-fn share_of(s: Spread, cell: vec3<f32>, at: vec3<f32>) -> f32 {
+fn share_of(s: Spread, particle: Particle, cell: vec3<f32>, at: vec3<f32>) -> f32 {
     let away = s.place - at - 0.5;
-    let hat = max(1.0 - abs(away), vec3(0.0));
-    return select(ball_share(s.ball, away * cell, cell), hat.x * hat.y * hat.z, s.is_small);
+    let hats = max(1.0 - abs(away), vec3(0.0));
+    let hat = hats.x * hats.y * hats.z;
+    if s.is_noise {
+        let place = rotate(particle.orientation, -away * cell / particle.radius);
+        return density_at(particle.shape, place, s.copy) + LEAST_SHARE * hat;
+    }
+    return select(ball_share(s.ball, away * cell, cell), hat, s.is_small);
 }
 
 // Sum of the shares of all cells of a large ball, wherever the level ends: the integral of the shares. The
@@ -114,7 +131,7 @@ fn splat(@builtin(global_invocation_id) id: vec3<u32>) {
             for (var z = begin.z; z <= end.z; z += 1.0) {
                 for (var y = begin.y; y <= end.y; y += 1.0) {
                     for (var x = begin.x; x <= end.x; x += 1.0) {
-                        let share = share_of(s, cell, vec3(x, y, z));
+                        let share = share_of(s, particle, cell, vec3(x, y, z));
                         if writes {
                             add_share(level, vec3(x, y, z), share * scale);
                         } else {
@@ -141,11 +158,14 @@ fn splat_large(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups)
     var is_cut = false;
     var i = group.x;
     for (; i < count; i += groups.x) {
-        let s = spread_over(level, particles[atomicLoad(&large[i + LARGE_HEAD])]);
+        let particle = particles[atomicLoad(&large[i + LARGE_HEAD])];
+        let s = spread_over(level, particle);
         if !(s.meets & s.is_large) {
             continue;
         }
-        let scale = s.mass / (large_total(s.ball, cell) * cell.x * cell.y * cell.z * grid.quantum);
+        // A noise shape's density is its share: over so many cells their sum is the integral.
+        let even = s.mass / (large_total(s.ball, cell) * cell.x * cell.y * cell.z);
+        let scale = select(even, particle.extinction, s.is_noise) / grid.quantum;
         let first = max(floor(s.place - s.reach), vec3(0.0));
         let last = min(floor(s.place + s.reach), vec3<f32>(level.size.xyz) - 1.0);
         let extent = vec3<u32>(max(last - first + 1.0, vec3(0.0)));
@@ -153,7 +173,7 @@ fn splat_large(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups)
         var at = local;
         for (; at < cells; at += LARGE_WORKGROUP) {
             let here = first + vec3<f32>(vec3(at % extent.x, at / extent.x % extent.y, at / (extent.x * extent.y)));
-            add_share(level, here, share_of(s, cell, here) * scale);
+            add_share(level, here, share_of(s, particle, cell, here) * scale);
         }
         is_cut = is_cut || at < cells;
     }

@@ -169,6 +169,17 @@ fn march_from(shape: u32, begin: vec3<f32>, along: vec3<f32>, copy: u32) -> Marc
     return March((first + 0.5 * size + begin * scale) * inverse, along * scale * inverse);
 }
 
+// Density at a place in radii, of a shape or a filtered copy of it; 0 outside of the cube around the sphere.
+fn density_at(shape: u32, place: vec3<f32>, copy: u32) -> f32 {
+    if any(abs(place) > vec3(1.0)) {
+        return 0.0;
+    }
+    if shape == 0u {
+        return select(0.0, 1.0, dot(place, place) <= 1.0);
+    }
+    return textureSampleLevel(density_texture, table_sampler, march_from(shape, place, vec3(0.0), copy).at, 0.0).r;
+}
+
 // Over the bins of a chord.
 fn march_between(shape: u32, entry: vec3<f32>, exit: vec3<f32>, copy: u32) -> March {
     let step = (exit - entry) / BINS;

@@ -94,7 +94,13 @@ impl Renderer {
             },
         );
         let (spreads, (library, tables_gpu, sky)) = (spreads?, compiled?);
-        let grid = GridMedium { spreads: &spreads, halo: &halo, albedo: medium.albedo };
+        let tables_layout = tables_gpu.layout();
+        let grid = GridMedium {
+            spreads: &spreads,
+            tables: tables_layout,
+            halo: &halo,
+            albedo: medium.albedo,
+        };
         let weather = WeatherBuffer::new(gpu);
         let groups = [tables_gpu.layout(), sky.layout(), weather.layout()];
         let passes = Passes::new(gpu, &library, &quality, &grid, groups)?;

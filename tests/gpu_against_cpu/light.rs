@@ -77,7 +77,8 @@ fn on_device(
     let tables = tables_on_device();
     let halo = Halo { factors: vec![1.0; HALO_ROWS * HALO_COLUMNS] };
     let spreads = Spreads(vec![1.0]);
-    let medium = GridMedium { spreads: &spreads, halo: &halo, albedo: 1.0 };
+    let medium =
+        GridMedium { spreads: &spreads, tables: tables.layout(), halo: &halo, albedo: 1.0 };
     let grid = LightGridPass::new(gpu(), library(), &medium).expect("the light grid");
     let groups = [tables.layout(), sky.layout(), grid.layout()];
     let pass = LightPass::new(gpu(), library(), &groups).expect("the light pass");

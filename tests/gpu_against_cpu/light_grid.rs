@@ -34,7 +34,7 @@ fn difference(tables: &TableSet, scene: &Scene, time: f64, reach: DVec3) -> [f64
     }
     assert!(particles.len() > 10, "{} particles", particles.len());
     let spreads = Spreads::new(&shapes).expect("spreads");
-    let twin = GridLight::solve(&inputs.uniforms, &particles, &spreads.0, inputs.turns);
+    let twin = GridLight::solve(&inputs.uniforms, &particles, (&spreads.0, tables), inputs.turns);
     let expected = twin.seen_from(-shift);
 
     let mut random = Random(90);

@@ -33,7 +33,8 @@
 //! the dark base, over the path traced light there. Grid: 1.04, 0.98, 1.00, 1.21, 1.17. Monte Carlo through the
 //! matter of the cells, without their directions and planes: 1.05, 1.07, 1.08, 1.08, 1.15; with the true
 //! density's mean over each cell in place of even balls 1.04, 1.05, 1.05, 1.07, 1.06. So a third to all of the light
-//! that is too much comes from matter spread too evenly. What was tried for the rest:
+//! that was too much came from matter spread too evenly; since then noise shapes are in the cells by their own density
+//! (`matter.rs`). What was tried for the rest:
 //! - flows that are linear across cells along both axes of a plane (van Leer slopes), without slanted planes: the
 //!   cells' light against Monte Carlo in the same cells 0.057 of its mean, here 0.078; of the scenes' pictures (relMSE,
 //!   opacity above 0.9) 0.0626, 0.0580 and 0.0235, here 0.0630, 0.0591 and 0.0231, for twice the time;
@@ -63,6 +64,7 @@ use half::f16;
 use self::cells::{Crossing, cells, centre, corners, index, side};
 use crate::frame::gpu_data::{GridLevel, LightGridUniforms, Particle};
 use crate::frame::light_grid::{least_eigenvalue, relaxations};
+use crate::tables::TableSet;
 
 /// Directions of travel.
 pub const DIRECTIONS: usize = 12;
@@ -147,17 +149,17 @@ impl GridLight {
         }
     }
 
-    /// Solves for particles given relative to the anchor. `spreads` by shape; `turns` of scattering
-    /// and sweeping for the coarsest level and for each finer one.
+    /// Solves for particles given relative to the anchor. `spreads` by shape, of the tables; `turns` of
+    /// scattering and sweeping for the coarsest level and for each finer one.
     pub fn solve(
         uniforms: &LightGridUniforms,
         particles: &[Particle],
-        spreads: &[f32],
+        (spreads, tables): (&[f32], &TableSet),
         turns: [u32; 2],
     ) -> Self {
         let mut grid = Self::empty(uniforms);
         for particle in particles {
-            grid.splat(particle, f64::from(spreads[particle.shape as usize]));
+            grid.splat(particle, f64::from(spreads[particle.shape as usize]), tables);
         }
         let [coarsest, finer] = turns.map(|turns| relaxations(turns, least_eigenvalue(uniforms)));
         let levels = grid.levels();

@@ -38,7 +38,8 @@ pub struct GridSettings {
 /// Turns of a solution for one of a draft, after the first.
 const DRAFT_TURNS: u32 = 4;
 
-/// Radius of the even ball with the same second moment as each shape's density, in its radii.
+/// Radius of the even ball with the same second moment as each shape's density, in its radii: where it is small over
+/// the cells, a shape counts as that.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spreads(pub Vec<f32>);
 

@@ -14,5 +14,5 @@ pub use grid::{GridOrder, GridWork, LightGrid};
 pub use inputs::{GridInputs, GridSettings, Spreads, scale_field, scale_particles};
 pub use job::GridSize;
 pub use levels::{Levels, of_field, of_list};
-pub use pass::{GridMedium, LightGridPass};
+pub use pass::{GridMedium, GridWith, LightGridPass};
 pub use relaxation::{LARGEST_EIGENVALUE, least_eigenvalue, relaxations};

@@ -50,10 +50,23 @@ pub struct LightGridPass {
 pub struct GridMedium<'a> {
     /// Of the shapes.
     pub spreads: &'a Spreads,
+    /// Layout of the tables.
+    pub tables: &'a wgpu::BindGroupLayout,
     /// Light around the sun.
     pub halo: &'a Halo,
     /// Single-scattering albedo.
     pub albedo: f64,
+}
+
+/// What the matter is made from.
+#[derive(Clone, Copy)]
+pub struct GridWith<'a> {
+    /// With the rings.
+    pub passes: &'a Passes,
+    /// The weather map.
+    pub weather: &'a WeatherBuffer,
+    /// Densities of the shapes.
+    pub tables: &'a wgpu::BindGroup,
 }
 
 impl LightGridPass {
@@ -62,7 +75,8 @@ impl LightGridPass {
         let light_words = light_words(medium.albedo);
         let defs: &[(&str, u32)] = if light_words > 1 { &[("ABSORBING", 1)] } else { &[] };
         let kernel = |file| Kernel::new(gpu, library, file, defs, &[]);
-        let matter = kernel(crate::shader_file!("frame/light_grid_matter.wgsl"))?;
+        let file = crate::shader_file!("frame/light_grid_matter.wgsl");
+        let matter = Kernel::new(gpu, library, file, defs, &[medium.tables])?;
         let solve = kernel(crate::shader_file!("frame/light_grid.wgsl"))?;
         let ground = kernel(crate::shader_file!("frame/light_ground.wgsl"))?;
         let field = kernel(crate::shader_file!("frame/light_field.wgsl"))?;
@@ -149,13 +163,13 @@ impl LightGridPass {
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        (passes, weather): (&Passes, &WeatherBuffer),
+        with: GridWith<'_>,
         grid: &LightGrid,
         work: &GridWork,
     ) {
         let Some(solution) = grid.making(work) else { return };
         if work.steps.start == 0 {
-            self.encode_matter(gpu, encoder, (passes, weather), solution);
+            self.encode_matter(gpu, encoder, with, solution);
         }
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("light grid"),
@@ -200,7 +214,7 @@ impl LightGridPass {
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        (passes, weather): (&Passes, &WeatherBuffer),
+        GridWith { passes, weather, tables }: GridWith<'_>,
         Solution { job, inputs }: &Solution,
     ) {
         gpu.queue.write_buffer(&job.uniforms, 0, bytemuck::bytes_of(&inputs.uniforms));
@@ -224,6 +238,7 @@ impl LightGridPass {
         }
         let most = if inputs.clouds.is_some() { job.grid_size.capacity } else { listed };
         pass.set_bind_group(0, &job.splat, &[]);
+        pass.set_bind_group(1, tables, &[]);
         pass.set_pipeline(self.matter.pipeline("splat"));
         pass.dispatch_workgroups(most.div_ceil(WORKGROUP), 1, 1);
         pass.set_pipeline(self.matter.pipeline("splat_large"));

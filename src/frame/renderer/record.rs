@@ -7,7 +7,7 @@ use crate::Result;
 use crate::frame::changes::{FrameKey, Product};
 use crate::frame::composer::ComposeInputs;
 use crate::frame::gpu_data::FrameUniforms;
-use crate::frame::light_grid::GridWork;
+use crate::frame::light_grid::{GridWith, GridWork};
 use crate::frame::passes::Passes;
 use crate::frame::plan::{FramePlan, Pass};
 use crate::frame::resources::Resources;
@@ -100,7 +100,7 @@ impl Renderer {
                     return self.sky.encode(encoder, sky);
                 }
                 if pass == Pass::LightGrid {
-                    let with = (passes, &self.weather);
+                    let with = GridWith { passes, weather: &self.weather, tables };
                     return passes.light_grid.encode_solve(gpu, encoder, with, &self.grid, grid);
                 }
                 if pass == Pass::Blend {

@@ -28,7 +28,8 @@ impl Device {
         let tables = TablesGpu::new(&GPU, &TABLES, &PHASE, 1.0).expect("tables");
         let sky = SkyPass::new(&GPU, library).expect("a sky");
         let spreads = Spreads(vec![1.0; 6]);
-        let medium = GridMedium { spreads: &spreads, halo: &HALO, albedo: 1.0 };
+        let medium =
+            GridMedium { spreads: &spreads, tables: tables.layout(), halo: &HALO, albedo: 1.0 };
         let grid = LightGridPass::new(&GPU, library, &medium).expect("a light grid");
         let groups = [tables.layout(), sky.layout(), grid.layout()];
         let kernel = |steps: &u32| {
