@@ -137,7 +137,7 @@ impl Preset {
                 pixel_stride: 1,
                 tile: SCREEN_TILE,
                 shadow_resolution: 96,
-                grid: GridSettings { fineness: 0.65, turns: [9, 3], slice: 0, draft: false },
+                grid: GridSettings { fineness: 0.6, turns: [9, 4], slice: 0, draft: false },
             },
             Self::Medium => Quality {
                 steps: 4,
@@ -146,7 +146,7 @@ impl Preset {
                 pixel_stride: 1,
                 tile: SCREEN_TILE,
                 shadow_resolution: 160,
-                grid: GridSettings { fineness: 1.0, turns: [9, 3], slice: 0, draft: false },
+                grid: GridSettings { fineness: 0.95, turns: [9, 4], slice: 0, draft: false },
             },
             Self::High => Quality {
                 steps: 6,
@@ -155,7 +155,7 @@ impl Preset {
                 pixel_stride: 1,
                 tile: SCREEN_TILE,
                 shadow_resolution: 256,
-                grid: GridSettings { fineness: 1.5, turns: [9, 3], slice: 0, draft: false },
+                grid: GridSettings { fineness: 1.5, turns: [9, 4], slice: 0, draft: false },
             },
             Self::Ultra => Quality {
                 steps: 12,
@@ -164,7 +164,7 @@ impl Preset {
                 pixel_stride: 1,
                 tile: SCREEN_TILE,
                 shadow_resolution: 384,
-                grid: GridSettings { fineness: 1.85, turns: [17, 4], slice: 0, draft: false },
+                grid: GridSettings { fineness: 1.85, turns: [17, 5], slice: 0, draft: false },
             },
         }
     }

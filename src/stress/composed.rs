@@ -144,7 +144,11 @@ impl Composed<'_> {
             found.pixels += 1;
             let expected = exact.pixel(dir);
             let [r, g, b, opacity] = picture.radiance[index].map(f64::from);
-            let frame = ExactPixel { radiance: DVec3::new(r, g, b), transmittance: 1.0 - opacity };
+            let frame = ExactPixel {
+                radiance: DVec3::new(r, g, b),
+                transmittance: 1.0 - opacity,
+                distance: expected.distance,
+            };
             let (has_disc, bound) = (energy.meets_disc(dir), energy.bound(dir));
             let there = expected.radiance.length() + SEEN * 3f64.sqrt() * bound;
             let apart = |a: ExactPixel, b: ExactPixel| {

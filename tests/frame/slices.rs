@@ -59,7 +59,7 @@ fn a_sliced_solution_is_the_whole_one_once_it_is_whole() {
         steps = u64::from(SLICE).min(all - steps) + steps;
         assert_eq!(done, steps, "of {all}");
         // Turns of three levels in preset low, and the matter.
-        assert_eq!(all, 9 + 5 + 5 + 1);
+        assert_eq!(all, 9 + 4 + 4 + 1);
         assert_eq!(bits(&picture) == bits(&later), done == all, "{done} of {all}");
         assert_eq!(picture.stats.unfinished, done < all);
         if done == all {
@@ -124,7 +124,7 @@ fn a_window_begins_with_rough_light_and_its_saved_pictures_do_not() {
     let expected = whole(&scene, 0.0);
     let first = live.render(&scene, 0.0, SIZE).expect("a frame");
     // Turns of three levels in preset low, and the matter.
-    assert_eq!(progress(&first), [0, 9 + 5 + 5 + 1]);
+    assert_eq!(progress(&first), [0, 9 + 4 + 4 + 1]);
     assert!(first.stats.unfinished && bits(&first) != bits(&expected));
     let mean = |p: &Picture| p.radiance.iter().map(|v| f64::from(v[1])).sum::<f64>();
     // Some light is still on its way, in the clouds: the sky is as it will be.
