@@ -155,7 +155,7 @@ impl Preset {
                 pixel_stride: 1,
                 tile: SCREEN_TILE,
                 shadow_resolution: 256,
-                grid: GridSettings { fineness: 1.5, turns: [9, 4], slice: 0, draft: false },
+                grid: GridSettings { fineness: 1.55, turns: [9, 4], slice: 0, draft: false },
             },
             Self::Ultra => Quality {
                 steps: 12,
