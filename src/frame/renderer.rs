@@ -15,7 +15,7 @@ use super::composer::Composer;
 use super::gpu_data::ParticleLight;
 use super::in_view::{InView, in_view};
 use super::light_grid::{
-    GridInputs, GridMedium, GridOrder, GridSize, GridWork, LightGrid, Spreads,
+    GridInputs, GridMedium, GridOrder, GridRoom, GridSize, GridWork, LightGrid, Spreads,
 };
 use super::passes::Passes;
 use super::picture::{Counters, FrameStats, Picture};
@@ -128,6 +128,7 @@ impl Renderer {
                 particles: FIRST_PARTICLES.max(scene.particles.len() as u32),
                 screen: lists,
                 light: lists,
+                grid: GridRoom::default(),
             },
             resources: None,
             changes: Changes::default(),
@@ -322,8 +323,10 @@ impl Renderer {
     ) -> Result<(GridWork, DVec3)> {
         let (settings, capacity) = (&self.quality.grid, self.capacities.particles);
         let (shapes, truncation) = (&self.shapes, &self.truncation);
-        let inputs = GridInputs::new(scene, shapes, truncation, settings, time, capacity)?;
+        let room = (capacity, self.capacities.grid);
+        let inputs = GridInputs::new(scene, shapes, truncation, settings, time, room)?;
         let Some(inputs) = &inputs else { return Ok(Default::default()) };
+        self.capacities.grid = inputs.room;
         let size = GridSize { capacity, columns };
         let (slice, eye) = (settings.slice, scene.camera.position);
         let draft = settings.draft;
