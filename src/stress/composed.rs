@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::frame::Picture;
 use crate::frame::cpu::light_grid::FieldSeen;
 use crate::frame::cpu::segments::ChordInputs;
+use crate::frame::cpu::shadow::MOST_DEPTH;
 use crate::frame::cpu::sky::Sky;
 use crate::frame::cpu::sky_march::Air;
 use crate::frame::gpu_data::Particle;
@@ -101,8 +102,9 @@ impl Composed<'_> {
         let frame =
             frame_uniforms(scene, &scene.camera, size, truncation, shift, &quality, 0, [true; 2]);
         let truth = SunTruth::new(tables, &particles, scene.sun.direction)?;
-        let sun_depth = &|point: DVec3| truth.depth(point);
-        let inputs = || ChordInputs {
+        let sun_depth = |point: DVec3| truth.depth(point);
+        let depth_of_texels = |point: DVec3| truth.depth(point).min(MOST_DEPTH);
+        let inputs = |sun_depth| ChordInputs {
             frame: &frame,
             tables,
             scattering,
@@ -116,10 +118,11 @@ impl Composed<'_> {
             particles.iter().filter(|p| p.shape != UNIFORM).copied().collect();
         let sky = sky(scene, air);
         let exact =
-            Exact::with_sky(scene, inputs(), particles.clone(), lights.clone(), sky)?.filtered();
+            Exact::with_sky(scene, inputs(&sun_depth), particles.clone(), lights.clone(), sky)?
+                .filtered();
         let steps = Steps {
             exact: &exact,
-            inputs: &inputs(),
+            inputs: &inputs(&depth_of_texels),
             particles: &particles,
             lights: &lights,
             quality: &quality,

@@ -19,10 +19,18 @@ const OPAQUE: f64 = 1e-9;
 /// The march of a frame, in f64.
 pub(super) struct Steps<'a> {
     pub exact: &'a Exact<'a>,
+    /// With the true depth to the sun up to that beyond which a texel of the shadow maps counts as no deeper. No sunlight
+    /// is left there, but the light of forward scatterings on the way grows with the depth, and a step between two places
+    /// takes the mean of theirs.
     pub inputs: &'a ChordInputs<'a>,
     pub particles: &'a [Particle],
     pub lights: &'a [ParticleLight],
     pub quality: &'a Quality,
+}
+
+/// Whether a particle is in the lists of the frame at all: without matter it sets no steps.
+fn is_listed(particle: &Particle) -> bool {
+    particle.extinction > 0.0
 }
 
 impl Steps<'_> {
@@ -31,7 +39,7 @@ impl Steps<'_> {
         let nearest =
             |p: &Particle| DVec3::from(p.centre.map(f64::from)).length() - f64::from(p.radius);
         let both = self.particles.iter().zip(self.lights);
-        let mut met: Vec<_> = both.filter(|(p, _)| meets(p, dir)).collect();
+        let mut met: Vec<_> = both.filter(|(p, _)| is_listed(p) && meets(p, dir)).collect();
         met.sort_by(|a, b| nearest(a.0).total_cmp(&nearest(b.0)));
         let particles: Vec<_> = met.iter().map(|(p, _)| **p).collect();
         let lights: Vec<_> = met.iter().map(|(_, l)| **l).collect();

@@ -21,8 +21,8 @@ const LEAST_GAP: f64 = 7.6e-6;
 const DARKEST: f64 = 80.0;
 /// Texels at the border of a map that the next one shows.
 const BORDER: f64 = 1.5;
-/// Depth of a texel beyond which it counts as no deeper.
-const MOST_DEPTH: f64 = 20.0;
+/// Depth of a texel beyond which it counts as no deeper; as in the shader.
+pub const MOST_DEPTH: f64 = 20.0;
 /// The largest number of 16 bits.
 const FULL: f64 = 65_535.0;
 
