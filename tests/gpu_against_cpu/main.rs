@@ -11,6 +11,7 @@ mod noise;
 mod numerics;
 mod pictures;
 mod project;
+mod reuse;
 mod rings;
 mod scan;
 mod shadow;
