@@ -19,9 +19,7 @@ const OPAQUE: f64 = 1e-9;
 /// The march of a frame, in f64.
 pub(super) struct Steps<'a> {
     pub exact: &'a Exact<'a>,
-    /// With the true depth to the sun up to that beyond which a texel of the shadow maps counts as no deeper. No sunlight
-    /// is left there, but the light of forward scatterings on the way grows with the depth, and a step between two places
-    /// takes the mean of theirs.
+    /// With the true depth to the sun, or with that between texels of the shadow maps.
     pub inputs: &'a ChordInputs<'a>,
     pub particles: &'a [Particle],
     pub lights: &'a [ParticleLight],
@@ -29,7 +27,7 @@ pub(super) struct Steps<'a> {
 }
 
 /// Whether a particle is in the lists of the frame at all: without matter it sets no steps.
-fn is_listed(particle: &Particle) -> bool {
+pub(super) fn is_listed(particle: &Particle) -> bool {
     particle.extinction > 0.0
 }
 

@@ -103,7 +103,7 @@ fn random_scenes_are_sound() {
 
 /// Scenes that were once wrong, by their seeds: drops of millimetres around the eye beside a box of kilometres; the eye
 /// in a noise shape, in a picture of 174 degrees; shapes of one pixel's radius; or called wrong, as the march that they
-/// are judged by went on where shadow maps end, and met particles without matter, which the frame does not list.
+/// are judged by knew depths that no texel of a shadow map has, and met particles without matter, which no frame lists.
 #[test]
 fn scenes_that_were_wrong_are_sound() {
     let _turn = alone();
