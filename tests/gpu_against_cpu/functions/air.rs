@@ -75,7 +75,8 @@ fn what_the_air_is_made_of() {
     );
     let c = Coefficients::earth();
     // Below the ground it is as on it.
-    let heights = many(101, |r| [if r.bits() % 8 == 0 { -10.0 } else { altitude(r).min(3e5) }]);
+    let heights =
+        many(101, |r| [if r.bits().is_multiple_of(8) { -10.0 } else { altitude(r).min(3e5) }]);
     let part = |field: &str, of: fn(&atmosphere::Medium) -> DVec4| {
         let call = format!("medium_at(earth(), x[0]).{field}");
         Function::new("atmosphere::medium_at", &declarations, &call).agrees(
@@ -160,7 +161,7 @@ fn rays_around_the_planet() {
         let horizon = -(f64::from(h) * (2.0 * PLANET_RADIUS + f64::from(h))).sqrt()
             / (PLANET_RADIUS + f64::from(h));
         let near = (horizon + r.between(-0.01, 0.01)).clamp(-1.0, 1.0) as f32;
-        [h, if r.bits() % 2 == 0 { near } else { cosine(r) }]
+        [h, if r.bits().is_multiple_of(2) { near } else { cosine(r) }]
     });
     atmosphere_function(
         "atmosphere::sun_visible",
@@ -264,7 +265,7 @@ fn places_in_the_tables_of_the_air() {
         two(atmosphere::direction_of(DVec2::new(x, y), dip, VIEW))
     });
     let reaches = many(116, |r| {
-        let reach = if r.bits() % 4 == 0 { 1e30 } else { magnitude(r, 1e-3, 1e9) };
+        let reach = if r.bits().is_multiple_of(4) { 1e30 } else { magnitude(r, 1e-3, 1e9) };
         [magnitude(r, 1e-3, 1e9), reach, r.uniform() as f32]
     });
     Function::new(

@@ -96,10 +96,10 @@ fn directions_and_cells() {
 fn places_in_a_lights_picture() {
     let places = many(125, |r| {
         let at = |r: &mut Random| {
-            let sign = if r.bits() % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = if r.bits().is_multiple_of(2) { 1.0 } else { -1.0 };
             sign * magnitude(r, 1e-3, 1e10)
         };
-        let warp = if r.bits() % 4 == 0 { 0.0 } else { magnitude(r, 1.0, 1e6) };
+        let warp = if r.bits().is_multiple_of(4) { 0.0 } else { magnitude(r, 1.0, 1e6) };
         [at(r), at(r), warp]
     });
     Function::new(

@@ -43,7 +43,7 @@ fn parts_of_rays_in_particles() {
         let centre = place(r, 1e5);
         let d = r.direction().as_vec3();
         let distance = DVec3::from_array(centre.map(f64::from)).length();
-        let far = if r.bits() % 2 == 0 { 1e30 } else { magnitude(r, 1.0, 1e5) };
+        let far = if r.bits().is_multiple_of(2) { 1e30 } else { magnitude(r, 1.0, 1e5) };
         // Half of them around the eye; none grazes by less than a thousandth.
         let radius = (distance * r.between(1.1, 3.0)) as f32;
         [centre[0], centre[1], centre[2], radius, d.x, d.y, d.z, far]
@@ -255,7 +255,8 @@ fn weights_colours_and_rectangles() {
         1e9,
         |c| tonemap::aces(DVec3::from_array(c)).extend(0.0).to_array(),
     );
-    let shown = many(150, |r| [if r.bits() % 4 == 0 { 0.0031308 } else { r.uniform() as f32 }]);
+    let shown =
+        many(150, |r| [if r.bits().is_multiple_of(4) { 0.0031308 } else { r.uniform() as f32 }]);
     Function::new("tonemap::srgb", &curve, "vec4(srgb(vec3(x[0])), 0.0)").agrees(
         &shown,
         32.0,

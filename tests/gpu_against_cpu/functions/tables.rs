@@ -24,9 +24,9 @@ fn phase_functions_of_all_media() {
     });
     let pairs = many(162, |r| {
         let (dir, sun) = (r.direction(), r.direction());
-        let sign = if r.bits() % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if r.bits().is_multiple_of(2) { 1.0 } else { -1.0 };
         let near = (sign * sun + f64::from(magnitude(r, 1e-6, 1.0)) * dir).normalize();
-        let dir = if r.bits() % 2 == 0 { near } else { dir };
+        let dir = if r.bits().is_multiple_of(2) { near } else { dir };
         let ([a, b, c], [d, e, f]) = (dir.as_vec3().to_array(), sun.as_vec3().to_array());
         [a, b, c, d, e, f]
     });
