@@ -5,7 +5,7 @@ use super::Renderer;
 use crate::frame::Picture;
 use crate::frame::composer::Composer;
 use crate::frame::cpu::light_grid::FieldSeen;
-use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight};
+use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight, ShadowUniforms};
 use crate::frame::light_grid::{GridSettings, LightGrid};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -22,6 +22,12 @@ impl Renderer {
         let count = counts.first().map_or(0, |c| c.particles.min(capacity)) as usize;
         let particles = self.gpu.read_buffer(&resources.particles, count)?;
         Ok((particles, self.gpu.read_buffer(&resources.particle_lights, count)?))
+    }
+
+    /// Where the deep shadow maps of the last frame that made them lie, read back.
+    pub fn shadow_places(&self) -> Result<ShadowUniforms> {
+        let read = self.gpu.read_buffer::<ShadowUniforms>(&self.shadow.uniforms, 1)?;
+        read.first().copied().ok_or_else(|| Error::Gpu("no frame was made".to_owned()))
     }
 
     /// What the light grid sends to the last frame's eye, read back; nothing where no frame had clouds in view yet.
