@@ -78,7 +78,8 @@ impl LightGrid {
         }
         let inputs = order.inputs;
         let mut work = GridWork::default();
-        let serves = |s: &Solution| s.inputs.is_near(inputs);
+        // One that found no room for some of its cells lacks light.
+        let serves = |s: &Solution| s.inputs.is_near(inputs) && s.inputs.room == inputs.room;
         let sliced = order.slice > 0 && self.shown.as_ref().is_some_and(serves);
         if self.shown.as_ref().is_some_and(|s| s.inputs == *inputs) {
             self.drop_next();
