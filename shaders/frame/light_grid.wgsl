@@ -38,15 +38,21 @@ fn cell_in(index: u32, size: vec3<u32>) -> vec3<u32> {
     return vec3(index % size.x, (index / size.x) % size.y, index / (size.x * size.y));
 }
 
-// The level's first slot and the one behind its last, of cells with matter or of the others.
+// Whether all cells that want a slot have one. Else the host makes room and this light is made again.
+fn has_room() -> bool {
+    let matter = matter_offsets[grid.words];
+    return (matter <= grid.matter_room) & (matter + empty_offsets[grid.words] <= grid.kept_room);
+}
+
+// The level's first slot and the one behind its last, of cells with matter or of the others; none without room.
 fn slots_of(level: u32, empty: bool) -> vec2<u32> {
     let first = u32(grid.level[level].cell.w);
     let last = select(grid.words, u32(grid.level[min(level + 1u, 9u)].cell.w), level + 1u < grid.levels);
+    var offsets = vec2(matter_offsets[first], matter_offsets[last]);
     if empty {
-        let before = matter_offsets[grid.words];
-        return min(before + vec2(empty_offsets[first], empty_offsets[last]), vec2(grid.kept_room));
+        offsets = matter_offsets[grid.words] + vec2(empty_offsets[first], empty_offsets[last]);
     }
-    return min(vec2(matter_offsets[first], matter_offsets[last]), vec2(grid.matter_room));
+    return select(vec2(0u), offsets, has_room());
 }
 
 // Extinction of the cell of an entry of `cells`, 1/m.
@@ -359,7 +365,7 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let farthest = moved(drift, rows - 1);
     // Never more than twice the longest side: a direction moves no farther than along its main axis.
     let number = i32(group.x * SWEEP_WORKGROUP + local);
-    if number >= planes + abs(farthest) {
+    if (number >= planes + abs(farthest)) | !has_room() {
         return;
     }
     let first_plane = number - max(farthest, 0);
@@ -374,6 +380,7 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let flow_stride = i32(2u * grid.longest);
     let flow = i32(DIRECTIONS * grid.kept_room + group.y * grid.longest * 2u * grid.longest) + number;
     let end_row = min(rows, i32(stage.end_row));
+    let stays = unfolded(stage.is_last, arrayLength(&cells) == 0u) != 0u;
     for (var r = i32(stage.first_row); r < end_row; r++) {
         let plane = first_plane + moved(drift, r);
         if plane < 0 || plane >= planes {
@@ -381,8 +388,8 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         }
         let plane_before = first_plane + moved(drift, r - 1);
         let plane_after = first_plane + moved(drift, r + 1);
-        let has_before = r > 0 && plane_before >= 0 && plane_before < planes;
-        let has_after = r + 1 < rows && plane_after >= 0 && plane_after < planes;
+        let has_before = (r > 0) & (plane_before >= 0) & (plane_before < planes);
+        let has_after = (r + 1 < rows) & (plane_after >= 0) & (plane_after < planes);
         let main_before = f32(select(rows - r, r - 1, c.forward));
         let to_before = (plane_before - plane) * steps[plane_axis] - main_step;
         let to_after = (plane_after - plane) * steps[plane_axis] + main_step;
@@ -413,7 +420,7 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
                 if entry < EMPTY_CELL {
                     break;
                 }
-                if (entry != NO_SLOT) & (stage.is_last != 0u) {
+                if (entry != NO_SLOT) & stays {
                     lights[group.y * grid.kept_room + slot_of(entry)] = pack_light(flows_in);
                 }
                 lights[flow + k * flow_stride] = pack_light(flows_in);

@@ -25,7 +25,7 @@ const WORD: u32 = 32u;
 const FEED_CELLS: f32 = 2.0;
 // Cells beyond the place of a look-up that it takes light of.
 const LOOK_UP_CELLS: f32 = 1.0;
-// Borders of levels may coincide with middles of cells: those that a rounding would decide keep light.
+// Borders of levels may coincide with middles of cells: those that a rounding would decide keep light. In cells.
 const ROUNDING: f32 = 1e-3;
 
 // A word of cells: the first of them, in the level.

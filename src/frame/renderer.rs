@@ -27,7 +27,7 @@ use super::rings;
 use super::settings::{Quality, RenderSettings};
 use super::shadow::ShadowJob;
 use super::sky::{SkyPass, SkyWork};
-use super::stats::{Counts, StatsReader, pass_times};
+use super::stats::{Counts, StatsReader, pass_times, with_earlier};
 use super::weather::WeatherBuffer;
 use crate::gpu::{Gpu, ShaderLibrary, buffers};
 use crate::medium::{Halo, Truncation};
@@ -174,9 +174,12 @@ impl Renderer {
         if listed > self.capacities.particles {
             self.grow(Capacities { particles: listed, ..self.capacities })?;
         }
+        let mut made = Vec::new();
         for attempt in 1..=MOST_ATTEMPTS {
             let (mut stats, counts) = self.attempt(scene, time, size)?;
             stats.counters.attempts = attempt as u64;
+            stats.passes = with_earlier(&made, stats.passes);
+            made = stats.passes.clone();
             match counts.grown(&self.capacities) {
                 None => {
                     self.tell_of_cuts(stats.counters.cut);

@@ -323,3 +323,11 @@ pub fn pass_times(plan: &FramePlan, times: &[(Pass, f64)]) -> Vec<PassTime> {
         })
         .collect()
 }
+
+/// Passes of a frame of which some ran in an earlier attempt already, and had nothing left to do in this one.
+pub fn with_earlier(earlier: &[PassTime], passes: Vec<PassTime>) -> Vec<PassTime> {
+    let of_earlier = |pass: &PassTime| {
+        earlier.iter().find(|e| e.name == pass.name && e.ran && !pass.ran).cloned()
+    };
+    passes.into_iter().map(|pass| of_earlier(&pass).unwrap_or(pass)).collect()
+}
