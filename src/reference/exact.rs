@@ -10,7 +10,7 @@ use super::grid::ParticleGrid;
 use super::particles::WorldParticle;
 use super::world::Densities;
 use crate::Result;
-use crate::frame::cpu::lighting::{Before, ChordLight, RayLight};
+use crate::frame::cpu::lighting::{Before, ChordLight, RayLight, SunDepth};
 use crate::frame::cpu::segments::{ChordInputs, Composed, STEPS, mean_scatter_fraction};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::gpu_data::{Particle, ParticleLight};
@@ -153,17 +153,23 @@ impl<'a> Exact<'a> {
     /// What is seen in a direction from the eye.
     pub fn pixel(&self, dir: DVec3) -> ExactPixel {
         let clouds = self.clouds(dir, self.far(dir));
-        self.with_behind(dir, &clouds)
+        self.with_behind(dir, &clouds, self.inputs.sun_depth)
     }
 
     /// The same of clouds that have been composed without the air: it is taken at their distance, as the frame does.
-    pub fn pixel_of(&self, dir: DVec3, mut clouds: Composed) -> ExactPixel {
+    /// `ground_depth` says how deep the ground lies in the clouds' shadow.
+    pub fn pixel_of(
+        &self,
+        dir: DVec3,
+        mut clouds: Composed,
+        ground_depth: SunDepth<'_>,
+    ) -> ExactPixel {
         if self.has_air && clouds.transmittance < 1.0 {
             let air = self.sky.air_between(dir, clouds.distance);
             let opacity = 1.0 - clouds.transmittance;
             clouds.radiance = clouds.radiance * air.transmittance + opacity * air.inscatter;
         }
-        self.with_behind(dir, &clouds)
+        self.with_behind(dir, &clouds, ground_depth)
     }
 
     /// Where rays end: m, to the ground, if they meet it.
@@ -172,14 +178,14 @@ impl<'a> Exact<'a> {
         if ground >= 0.0 { ground } else { f64::INFINITY }
     }
 
-    fn with_behind(&self, dir: DVec3, clouds: &Composed) -> ExactPixel {
+    fn with_behind(&self, dir: DVec3, clouds: &Composed, ground_depth: SunDepth<'_>) -> ExactPixel {
         let ground = self.far(dir);
         let scale = f64::from(self.inputs.frame.delta_scale);
         let straight = clouds.transmittance.powf(1.0 / scale);
         let behind = if clouds.transmittance <= OPAQUE {
             DVec3::ZERO
         } else if ground.is_finite() {
-            let sunlit = (-(self.inputs.sun_depth)(dir * ground)).exp();
+            let sunlit = (-ground_depth(dir * ground)).exp();
             let light = self.sky.ground_radiance(dir, ground, sunlit);
             let air = self.sky.air_between(dir, ground);
             light * air.transmittance + air.inscatter

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::composed::meets;
 use crate::frame::Quality;
 use crate::frame::cpu::blend::{Pixel, compose};
+use crate::frame::cpu::lighting::SunDepth;
 use crate::frame::cpu::segments::ChordInputs;
 use crate::frame::gpu_data::{Particle, ParticleLight};
 use crate::reference::{Exact, ExactPixel};
@@ -17,10 +18,13 @@ const FINER: u32 = 16;
 const OPAQUE: f64 = 1e-9;
 
 /// The march of a frame, in f64.
+#[derive(Clone, Copy)]
 pub(super) struct Steps<'a> {
     pub exact: &'a Exact<'a>,
     /// With the true depth to the sun, or with that between texels of the shadow maps.
     pub inputs: &'a ChordInputs<'a>,
+    /// The same for the ground: optical depth to the sun from a point.
+    pub ground_depth: SunDepth<'a>,
     pub particles: &'a [Particle],
     pub lights: &'a [ParticleLight],
     pub quality: &'a Quality,
@@ -46,6 +50,6 @@ impl Steps<'_> {
         let Quality { steps, transmittance_stop, .. } = *self.quality;
         let few = compose(&pixel, steps, transmittance_stop.into());
         let many = compose(&pixel, FINER * steps, OPAQUE);
-        [few, many].map(|clouds| self.exact.pixel_of(dir, clouds))
+        [few, many].map(|clouds| self.exact.pixel_of(dir, clouds, self.ground_depth))
     }
 }
