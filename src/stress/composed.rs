@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3};
 
 use super::difference::{Difference, MOST_RADIANCE, Unexplained, is_beyond, worse};
-use super::explained::{Steps, is_listed};
+use super::explained::{ROUNDED, Steps, is_listed};
 use super::{Case, Energy, Made};
 use crate::Result;
 use crate::error::Error;
@@ -129,6 +129,7 @@ impl Composed<'_> {
             particles: &particles,
             lights: &lights,
             quality: &quality,
+            size: 1.0,
         };
         let view = View::new(&scene.camera, size, None, Filter::Centre);
         let count = picture.radiance.len();
@@ -189,8 +190,8 @@ impl Composed<'_> {
                 .filter(|p| is_listed(p) && shades(p, on_ground, scene.sun.direction, &maps));
             let thrown_by = shading.max_by(|a, b| depth(a, scale).total_cmp(&depth(b, scale)));
             let in_texels_on_ground = on_ground.is_finite() && thrown_by.is_some_and(is_shown);
+            let mut steps = steps;
             if (in_texels_met || in_texels_on_ground) && is_beyond(march[1], MOST_RADIANCE) {
-                let mut steps = steps;
                 if in_texels_met {
                     steps.inputs = &in_texels;
                 }
@@ -198,6 +199,13 @@ impl Composed<'_> {
                     steps.ground_depth = &between;
                 }
                 march = apart(frame, steps.few_and_many(dir)[0]);
+            }
+            for size in ROUNDED {
+                let fails = |march| Unexplained { march, left: [0.0; 2] }.failure().is_some();
+                let rounded = || apart(frame, Steps { size, ..steps }.few_and_many(dir)[0]);
+                if fails(march) {
+                    march = Some(rounded()).filter(|r| !fails(*r)).unwrap_or(march);
+                }
             }
             most = most.or_worse(Unexplained { march, left });
         }
