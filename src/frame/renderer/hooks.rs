@@ -5,7 +5,7 @@ use super::Renderer;
 use crate::frame::Picture;
 use crate::frame::composer::Composer;
 use crate::frame::cpu::light_grid::FieldSeen;
-use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight};
+use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight, ShadowUniforms};
 use crate::frame::light_grid::{GridSettings, LightGrid};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -46,6 +46,13 @@ impl Renderer {
         let ends = lists.tile_total_index() as usize + 1;
         let offsets = self.gpu.read_buffer::<u32>(&lists.tile_offsets, ends)?;
         Ok(offsets.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect())
+    }
+
+    /// Texels of the last frame's deep shadow maps that are in use, map after map, read back.
+    pub fn shadow_texels(&self) -> Result<Vec<[u32; 4]>> {
+        let uniforms = self.gpu.read_buffer::<ShadowUniforms>(&self.shadow.uniforms, 1)?;
+        let used = uniforms.first().map_or(0, |u| u.maps * u.resolution * u.resolution);
+        self.gpu.read_buffer(&self.shadow.texels, used as usize)
     }
 
     /// Sides of those tiles, pixels.
