@@ -28,8 +28,11 @@ const ALONG_RAY: u32 = 0u;
 const PROJECTED: u32 = 2u;
 // As in opaque_distance.wgsl.
 const NOTHING: f32 = 1e30;
+// Bits of f32 without its sign: from these on it is infinite or not a number, which comparisons need not tell.
+const NO_SIGN: u32 = 0x7fffffffu;
+const INFINITE: u32 = 0x7f800000u;
 
-// m along the pixel's ray; what is no number, or behind the eye, is nothing.
+// m along the pixel's ray; what is not finite, or behind the eye, is nothing.
 fn distance_of(pixel: vec2<u32>) -> f32 {
     let told = textureLoad(depth, pixel, 0).r;
     let ndc = (vec2<f32>(pixel) + 0.5) / vec2<f32>(frame.size) * 2.0 - 1.0;
@@ -37,7 +40,8 @@ fn distance_of(pixel: vec2<u32>) -> f32 {
     let projected = params.kind == PROJECTED;
     let along = select(told, params.scale / (told - params.offset), projected);
     let distance = along * select(slant, 1.0, params.kind == ALONG_RAY);
-    let is_there = (distance >= 0.0) & !(projected & (told == params.empty));
+    let is_finite = (bitcast<u32>(told) & NO_SIGN) < INFINITE;
+    let is_there = is_finite & (distance >= 0.0) & !(projected & (told == params.empty));
     return select(NOTHING, min(distance, NOTHING), is_there);
 }
 

@@ -35,7 +35,7 @@ pub(super) fn made(job: &Job, tables: Option<&Path>) -> Result<(Renderer, TableS
     job.scene.check_shapes(&job.place, &tables.shape_names().collect::<Vec<_>>())?;
     let gpu = Gpu::headless()?;
     let mut renderer = Renderer::new(&gpu, &tables, &job.scene, &job.settings)?;
-    renderer.set_opaque(job.opaque.as_ref().map(|picture| picture.upload(&gpu, 0)));
+    renderer.set_opaque(job.opaque.as_ref().map(|picture| picture.upload(&gpu, 0)).transpose()?);
     Ok((renderer, tables))
 }
 

@@ -23,7 +23,8 @@ pub const NOTHING: f32 = 1e30;
 /// Limit of a list that nothing ends.
 const NO_LIMIT: u32 = u32::MAX;
 
-/// What the texels of a depth texture are. Whatever is negative or not a number is nothing.
+/// What the texels of a depth texture are. Whatever is negative, infinite or not a number is nothing; at 0 m something
+/// hides all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DepthKind {
     /// Distance from the eye along the pixel's ray, m; 1e30 and more, or infinity, where there is nothing.
@@ -60,6 +61,18 @@ impl DepthKind {
         Self::Projected { scale: -near * (far / between), offset: far / between, empty: 1.0 }
     }
 
+    /// Refuses a projection that has nothing ahead.
+    fn check(self) -> Result<()> {
+        let Self::Projected { scale, offset, empty } = self else { return Ok(()) };
+        let between = scale / (0.5 - offset);
+        if between > 0.0 && between.is_finite() && empty.is_finite() {
+            return Ok(());
+        }
+        let message =
+            format!("expected a projection that is of depth 0.5 somewhere ahead, found {self:?}");
+        Err(Error::input("opaque.kind", message))
+    }
+
     fn uniforms(self) -> OpaqueUniforms {
         let none = OpaqueUniforms::zeroed();
         match self {
@@ -76,7 +89,7 @@ impl DepthKind {
 /// renderer's device, with the usage `TEXTURE_BINDING`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Opaque {
-    /// Depth, in the first channel; of a format with floats, 16- or 32-bit, or a depth format.
+    /// Depth, in the first channel; of a format with floats, 16- or 32-bit, or a depth format without stencil.
     pub depth: wgpu::TextureView,
     /// What its texels are.
     pub kind: DepthKind,
@@ -92,6 +105,7 @@ pub struct Opaque {
 impl Opaque {
     /// Checks the textures against the picture's size.
     pub fn check(&self, size: [u32; 2]) -> Result<()> {
+        self.kind.check()?;
         let parts = [
             ("opaque.depth", Some(&self.depth)),
             ("opaque.radiance", Some(&self.radiance)),
@@ -116,6 +130,11 @@ impl Opaque {
                     texture.format(),
                     texture.sample_count()
                 );
+                return Err(Error::input(name, message));
+            }
+            let usage = texture.usage();
+            if !usage.contains(wgpu::TextureUsages::TEXTURE_BINDING) {
+                let message = format!("expected the usage TEXTURE_BINDING, found {usage:?}");
                 return Err(Error::input(name, message));
             }
         }

@@ -145,7 +145,29 @@ impl Renderer {
     }
 
     /// What is opaque in the next frames: clouds end there, throw their shadows on it, and the picture shows it behind
-    /// them and the air. Drawn with the scene's camera, at the picture's size.
+    /// them and the air. Drawn with the scene's camera, at the picture's size, until it is set to something else; a frame
+    /// refuses textures of another size or kind. After drawing anew into the same textures, set it with another revision.
+    ///
+    /// ```no_run
+    /// use cumuli::frame::{DepthKind, Opaque, Renderer};
+    ///
+    /// /// `near`: m, of the host's reversed projection without a far plane; clears its depth to 0.
+    /// fn clouds_around(
+    ///     renderer: &mut Renderer,
+    ///     [depth, colour, in_sunlight]: [&wgpu::Texture; 3],
+    ///     near: f32,
+    ///     frame: u64,
+    /// ) {
+    ///     let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
+    ///     renderer.set_opaque(Some(Opaque {
+    ///         depth: view(depth),
+    ///         kind: DepthKind::infinite_reversed(near),
+    ///         radiance: view(colour),
+    ///         sunlit: Some(view(in_sunlight)),
+    ///         revision: frame,
+    ///     }));
+    /// }
+    /// ```
     pub fn set_opaque(&mut self, opaque: Option<Opaque>) {
         self.opaque = opaque;
     }

@@ -45,6 +45,10 @@ fn floor(scene: &Scene, size: [u32; 2], altitude: f64) -> OpaquePicture {
     })
 }
 
+fn upload(picture: &OpaquePicture, revision: u64) -> Opaque {
+    picture.upload(&GPU, revision).expect("a picture")
+}
+
 fn frame(renderer: &mut Renderer, scene: &Scene, time: f64) -> Picture {
     let picture = renderer.render(scene, time, SIZE).expect("a frame");
     assert_eq!([picture.stats.counters.overflowed, picture.stats.counters.cut], [0; 2]);
@@ -107,7 +111,7 @@ fn clipped_chords_are_those_of_the_exact_compositor() {
             let settings = RenderSettings { quality: Some(quality), ..Default::default() };
             let mut renderer = renderer(&scene, &settings);
             let unclipped = renderer.render(&scene, 0.0, LARGE).expect("a frame");
-            renderer.set_opaque(Some(surfaces.upload(&GPU, 1)));
+            renderer.set_opaque(Some(upload(&surfaces, 1)));
             let found = renderer.render(&scene, 0.0, LARGE).expect("a frame");
             let window = Window::middle(LARGE, 3);
             let mut row = || {};
@@ -184,7 +188,7 @@ fn of_kind(
     let texture =
         if format == wgpu::TextureFormat::R32Float { given } else { drawn(&given, format) };
     let depth = texture.create_view(&Default::default());
-    Opaque { depth, kind, ..picture.upload(&GPU, 1) }
+    Opaque { depth, kind, ..upload(picture, 1) }
 }
 
 /// A depth texture that a render pass has written, from one of floats.
@@ -295,7 +299,7 @@ fn depths_of_all_kinds_are_the_same() {
     let scene = clump();
     let surfaces = balls(&scene, SIZE, &things());
     let mut renderer = renderer(&scene, &settings(Preset::Low));
-    renderer.set_opaque(Some(surfaces.upload(&GPU, 1)));
+    renderer.set_opaque(Some(upload(&surfaces, 1)));
     let wanted = frame(&mut renderer, &scene, 0.0);
     let floats = wgpu::TextureFormat::R32Float;
     let depth = wgpu::TextureFormat::Depth32Float;
@@ -342,7 +346,7 @@ fn what_is_hidden_is_not_touched() {
     let mut last = all;
     for (revision, distance) in [4000.0, 1000.0, 0.01].into_iter().enumerate() {
         let surfaces = wall(distance);
-        renderer.set_opaque(Some(surfaces.upload(&GPU, revision as u64)));
+        renderer.set_opaque(Some(upload(&surfaces, revision as u64)));
         let picture = frame(&mut renderer, &scene, 0.0);
         let now = picture.stats.counters;
         println!(
@@ -375,7 +379,7 @@ fn a_frame_is_made_anew_with_another_revision_only() {
     let scene = clump();
     let mut lasting = renderer(&scene, &settings(Preset::Low));
     let surfaces = balls(&scene, SIZE, &things());
-    let first = surfaces.upload(&GPU, 1);
+    let first = upload(&surfaces, 1);
     let ran = |picture: &Picture| -> Vec<String> {
         picture.stats.passes.iter().filter(|p| p.ran).map(|p| p.name.clone()).collect()
     };
@@ -386,7 +390,7 @@ fn a_frame_is_made_anew_with_another_revision_only() {
     lasting.set_opaque(Some(first.clone()));
     assert!(ran(&frame(&mut lasting, &scene, 0.0)).is_empty(), "the same again");
     let few = balls(&scene, SIZE, &things()[..2]);
-    lasting.set_opaque(Some(few.upload(&GPU, 2)));
+    lasting.set_opaque(Some(upload(&few, 2)));
     let changed = frame(&mut lasting, &scene, 0.0);
     let passes =
         ["opaque", "project", "sort", "tile_lists", "light", "blend", "resolve", "tonemap"];
@@ -396,7 +400,7 @@ fn a_frame_is_made_anew_with_another_revision_only() {
         renderer.set_opaque(opaque);
         frame(&mut renderer, &scene, 0.0)
     };
-    assert!(bits(&changed) == bits(&alone(Some(few.upload(&GPU, 7)))));
+    assert!(bits(&changed) == bits(&alone(Some(upload(&few, 7)))));
     lasting.set_opaque(Some(first));
     assert!(bits(&frame(&mut lasting, &scene, 0.0)) == bits(&whole), "back");
     lasting.set_opaque(None);
@@ -424,7 +428,7 @@ fn clouds_throw_shadows_on_what_is_opaque() {
         scene.sun.direction = sun.normalize();
         let surfaces = floor(&scene, SIZE, -260.0);
         let mut renderer = renderer(&scene, &settings(Preset::High));
-        renderer.set_opaque(Some(surfaces.upload(&GPU, 1)));
+        renderer.set_opaque(Some(upload(&surfaces, 1)));
         let picture = frame(&mut renderer, &scene, 0.0);
         let mut points = Vec::new();
         let mut pixels = Vec::new();
@@ -477,25 +481,90 @@ fn textures_of_another_size_or_kind_are_refused() {
     let _turn = alone();
     let scene = clump();
     let mut renderer = renderer(&scene, &settings(Preset::Low));
-    let small = balls(&scene, [96, 65], &things()).upload(&GPU, 1);
+    let small = upload(&balls(&scene, [96, 65], &things()), 1);
     renderer.set_opaque(Some(small));
     let error = renderer.frame(&scene, 0.0, SIZE).expect_err("another size").to_string();
     assert!(error.contains("opaque.depth") && error.contains("97x65"), "{error}");
-    let mut good = balls(&scene, SIZE, &things()).upload(&GPU, 1);
-    let integers = GPU.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: SIZE[0], height: SIZE[1], depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::R32Uint,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    good.sunlit = Some(integers.create_view(&Default::default()));
+    let good = upload(&balls(&scene, SIZE, &things()), 1);
+    let texture = |format, usage| {
+        let texture = GPU.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: SIZE[0], height: SIZE[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage,
+            view_formats: &[],
+        });
+        texture.create_view(&Default::default())
+    };
+    let integers = texture(wgpu::TextureFormat::R32Uint, wgpu::TextureUsages::TEXTURE_BINDING);
+    let unread = texture(wgpu::TextureFormat::R32Float, wgpu::TextureUsages::STORAGE_BINDING);
+    let projection = |scale, offset| DepthKind::Projected { scale, offset, empty: 0.0 };
+    for (bad, field) in [
+        (Opaque { sunlit: Some(integers.clone()), ..good.clone() }, "opaque.sunlit"),
+        (Opaque { depth: integers, ..good.clone() }, "opaque.depth"),
+        (Opaque { radiance: unread, ..good.clone() }, "TEXTURE_BINDING"),
+        (Opaque { kind: DepthKind::infinite_reversed(0.0), ..good.clone() }, "opaque.kind"),
+        (Opaque { kind: DepthKind::infinite_reversed(-1.0), ..good.clone() }, "opaque.kind"),
+        (Opaque { kind: DepthKind::reversed(5.0, 5.0), ..good.clone() }, "opaque.kind"),
+        (Opaque { kind: DepthKind::standard(1.0, f32::INFINITY), ..good.clone() }, "opaque.kind"),
+        (Opaque { kind: projection(f32::NAN, 0.0), ..good.clone() }, "opaque.kind"),
+        (Opaque { kind: projection(1.0, 0.5), ..good.clone() }, "opaque.kind"),
+    ] {
+        renderer.set_opaque(Some(bad));
+        let error = renderer.frame(&scene, 0.0, SIZE).expect_err(field).to_string();
+        assert!(error.contains(field) && error.contains("expected"), "{error}");
+    }
     renderer.set_opaque(Some(good));
-    let error = renderer.frame(&scene, 0.0, SIZE).expect_err("integers").to_string();
-    assert!(error.contains("opaque.sunlit"), "{error}");
+    frame(&mut renderer, &scene, 0.0);
+    // Pictures on the host of another length than their size says, or of no texture's size.
+    let whole = balls(&scene, SIZE, &things());
+    let short = OpaquePicture { sunlit: Vec::new(), ..whole.clone() };
+    let empty = OpaquePicture::cast(&scene.camera, [0, 5], |_| None);
+    for picture in [short, empty, OpaquePicture { size: [1 << 20, 1], ..whole }] {
+        let error = picture.upload(&GPU, 0).expect_err("no picture").to_string();
+        assert!(error.contains("expected"), "{error}");
+    }
+}
+
+/// What is no depth is nothing, to the bits of the frame without; at the eye it hides all.
+#[test]
+fn what_is_no_depth_is_nothing() {
+    let _turn = alone();
+    let scene = clump();
+    let mut renderer = renderer(&scene, &settings(Preset::Low));
+    let without = frame(&mut renderer, &scene, 0.0);
+    let (nan, far) = (f32::NAN, f32::INFINITY);
+    let projections = [nan, -nan, far, -far];
+    let reversed = DepthKind::infinite_reversed(0.1);
+    let standard = DepthKind::standard(1.0, 1e4);
+    for (kind, nothing, all) in [
+        (DepthKind::Distance, vec![nan, -nan, far, -far, -1.0, 1e30, f32::MAX], 0.0),
+        (DepthKind::AlongAxis, vec![nan, -nan, far, -far, -1.0, 1e30, f32::MAX], 0.0),
+        (reversed, [&projections[..], &[0.0, -0.0, -0.5, 1e-38]].concat(), 1.0),
+        (standard, [&projections[..], &[1.0, 1.5]].concat(), 0.0),
+    ] {
+        let mut of = |depth: f32| {
+            let surfaces = OpaquePicture::cast(&scene.camera, SIZE, |_| surface(1.0));
+            let mut opaque = upload(&surfaces, 0);
+            let depths =
+                OpaquePicture { distance: vec![depth; surfaces.distance.len()], ..surfaces };
+            opaque.depth = upload(&depths, 0).depth;
+            renderer.set_opaque(Some(Opaque { kind, sunlit: None, ..opaque }));
+            frame(&mut renderer, &scene, 0.0)
+        };
+        for depth in nothing {
+            assert!(bits(&of(depth)) == bits(&without), "{kind:?} {depth}");
+        }
+        let hidden = of(all);
+        for pixel in &hidden.radiance {
+            let off = (pixel[0] - GREY.x as f32).abs().max(pixel[3]);
+            assert!(off < 1e-4, "{kind:?}: {pixel:?}");
+        }
+        assert_eq!(hidden.stats.counters.screen_list_entries, 0, "{kind:?}");
+    }
 }
 
 /// A flight past a ball before clouds, one pixel of every block a frame: pixels beside its edge are as near to those of
@@ -523,7 +592,7 @@ fn pixels_beside_edges_are_new() {
         let scene = flight(time);
         let surfaces = balls(&scene, SIZE, &thing);
         for renderer in [&mut lasting, &mut whole] {
-            renderer.set_opaque(Some(surfaces.upload(&GPU, 1 + i as u64)));
+            renderer.set_opaque(Some(upload(&surfaces, 1 + i as u64)));
         }
         let found = frame(&mut lasting, &scene, time);
         let alone = frame(&mut whole, &scene, time);

@@ -42,7 +42,7 @@ fn ball(scene: &Scene) -> Opaque {
             sunlit: DVec3::new(0.1, 0.05, 0.02),
         })
     });
-    picture.upload(&GPU, 0)
+    picture.upload(&GPU, 0).expect("a picture")
 }
 
 fn render(renderer: &mut Renderer, scene: &Scene, time: f64) -> Picture {

@@ -98,9 +98,17 @@ impl Population {
 
     /// The screen's lists, and the particles in view near to far.
     pub fn screen(&self, frame: &FrameUniforms) -> (PictureLists, Vec<u32>) {
+        self.screen_before(frame, &OpaqueJob::none(gpu()))
+    }
+
+    /// The same before something opaque.
+    pub fn screen_before(
+        &self,
+        frame: &FrameUniforms,
+        opaque: &OpaqueJob,
+    ) -> (PictureLists, Vec<u32>) {
         let project = ProjectPass::screen(gpu(), library(), SCREEN_TILE).expect("the projection");
-        let opaque = OpaqueJob::none(gpu());
-        let how = Projection::Screen { visible: &self.visible, opaque: &opaque };
+        let how = Projection::Screen { visible: &self.visible, opaque };
         let lists = self.lists(&project, frame.tiles, &how);
         let visible = gpu().read_buffer::<u32>(&self.visible, 1).expect("a count")[0];
         let order = gpu().read_buffer(lists.order(), visible as usize).expect("the order");

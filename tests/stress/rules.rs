@@ -35,7 +35,7 @@ fn every_number_has_a_rule_and_every_rule_a_number() {
                 let (distance, radiance) = (1000.0, DVec3::splat(0.1));
                 (dir.x > ahead.x).then_some(Surface { distance, radiance, sunlit: radiance })
             });
-            let opaque = surfaces.upload(stress.gpu(), 0);
+            let opaque = surfaces.upload(stress.gpu(), 0).expect("a picture");
             let renderer = &mut stress.made(case).expect("a renderer").renderer;
             renderer.set_opaque(Some(opaque));
             renderer.frame(&case.scene, 0.0, SIZE).expect("a frame");

@@ -6,6 +6,7 @@ use wgpu::util::DeviceExt;
 use super::{DepthKind, NOTHING, Opaque};
 use crate::gpu::Gpu;
 use crate::scene::Camera;
+use crate::{Error, Result};
 
 /// What a ray meets first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,8 +72,20 @@ impl OpaquePicture {
         })
     }
 
-    /// Its textures on a device; see [`Opaque::revision`].
-    pub fn upload(&self, gpu: &Gpu, revision: u64) -> Opaque {
+    /// Its textures on a device; see [`Opaque::revision`]. Refused where it does not hold as many pixels as its size says.
+    pub fn upload(&self, gpu: &Gpu, revision: u64) -> Result<Opaque> {
+        let most = gpu.device.limits().max_texture_dimension_2d;
+        let [width, height] = self.size;
+        let wanted = width as usize * height as usize;
+        let found = [self.distance.len(), self.radiance.len(), self.sunlit.len()];
+        let is_right = self.size.iter().all(|side| (1..=most).contains(side));
+        if !is_right || found != [wanted; 3] {
+            let message = format!(
+                "expected 1 to {most} pixels a side and a distance, radiance and sunlit of each, found {width}x{height} \
+                 and {found:?}"
+            );
+            return Err(Error::input("opaque", message));
+        }
         let texture = |label, format, bytes: &[u8]| {
             let [width, height] = self.size;
             let descriptor = wgpu::TextureDescriptor {
@@ -96,12 +109,12 @@ impl OpaquePicture {
             texture(label, format, bytemuck::cast_slice(&texels))
         };
         let metres = wgpu::TextureFormat::R32Float;
-        Opaque {
+        Ok(Opaque {
             depth: texture("opaque depth", metres, bytemuck::cast_slice(&self.distance)),
             kind: DepthKind::Distance,
             radiance: colour("opaque radiance", &self.radiance),
             sunlit: Some(colour("opaque in sunlight", &self.sunlit)),
             revision,
-        }
+        })
     }
 }
