@@ -8,12 +8,16 @@
 // from the deep shadow maps (shadow.wgsl), at the ends of pairs of bins, and is linear between them. The light
 // field is looked up where a pair's light comes from.
 //
+// Rays end at the ground and at what is opaque. Where one pixel of every block is shaded, so are those others that lie
+// beside an edge of what is opaque: reuse.wgsl has nothing to take them from.
+//
 // Workgroup contract: one workgroup owns 8x8 blocks of pixels of one tile, one invocation one pixel of a block; it
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight, block_pixel}
 #import cumuli::light_field::{halo_factor, halo_row, scattered_light}
 #import cumuli::lighting::{mean_sunlight, own_share}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance, opacity, unfolded}
+#import cumuli::opaque_distance::{beside_edge, opaque_distance}
 #import cumuli::optical_depth::{copy_for, densities, march_from, pixels_per_radian}
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::quaternion::rotate
@@ -66,10 +70,14 @@ fn span_of(centre: vec3<f32>, radius: f32, dir: vec3<f32>, far: f32) -> Span {
 
 @compute @workgroup_size(8, 8)
 fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
-    // One pixel of the block, or all of them in as many layers.
-    let phase_of_block = select(id.z, frame.phase, frame.phase < frame.stride * frame.stride);
+    // One pixel of the block, or all of them in as many layers, from this phase on.
+    let phase_of_block = (frame.phase + id.z) % (frame.stride * frame.stride);
     let pixel = id.xy * frame.stride + block_pixel(phase_of_block);
     if any(pixel >= frame.size) {
+        return;
+    }
+    let is_another = (id.z > 0u) & (frame.in_place == 0u);
+    if is_another && !beside_edge(pixel, frame.size, frame.stride, frame.phase) {
         return;
     }
     var radiance = vec3(0.0);
@@ -89,10 +97,10 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
         let phase_first = frame.albedo / frame.delta_scale * phase_once;
         let sun_row = halo_row(dir, sun);
         let pixels = pixels_per_radian(frame.size.x, length(frame.right.xyz), dot(dir, frame.forward.xyz));
-        var far = FAR;
+        var far = opaque_distance(pixel);
         if unfolded(frame.has_ground, dir.y > FAR) != 0u {
             let ground = ground_distance(dir);
-            far = select(FAR, ground, ground >= 0.0);
+            far = select(far, min(far, ground), ground >= 0.0);
         }
         var cursor = 0.0;     // m, everything before it is composed
         // Optical depth since the last place without particles between blocks; gaps within one do not count.
@@ -115,7 +123,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
                 let centre = particles[index].centre;
                 let radius = particles[index].radius;
                 // No later particle of the list begins before this distance.
-                if length(centre) - radius >= begin + smallest {
+                if length(centre) - radius >= min(begin + smallest, far) {
                     searched = true;
                     break;
                 }
@@ -277,7 +285,8 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
         atomicAdd(&counts[2], 1u);
     }
     let opacity = 1.0 - transmittance;
-    let target_texel = select(id.xy, pixel, frame.in_place != 0u);
+    let layer = vec2(id.z & 1u, id.z >> 1u) * frame.blocks;
+    let target_texel = select(id.xy + layer, pixel, frame.in_place != 0u);
     textureStore(radiance_out, target_texel, vec4(radiance, transmittance));
 #ifdef COUNT_STEPS
     let told = f32(lookups);

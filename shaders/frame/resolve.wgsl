@@ -1,8 +1,9 @@
-// Resolve: puts sky, ground and air around the clouds; linear radiance out.
+// Resolve: puts sky, ground, what is opaque, and air around the clouds; linear radiance out.
 //
 // Workgroup contract: one invocation owns one pixel.
 #import cumuli::gpu_data::FrameUniforms
 #import cumuli::numerics::unfolded
+#import cumuli::opaque_distance::opaque_distance
 #import cumuli::sky::{air_between, ground_distance, ground_radiance, sky_radiance, sun_disc_radiance}
 #import cumuli::sun_depth::sun_depth
 
@@ -10,8 +11,10 @@
 @group(0) @binding(1) var clouds: texture_2d<f32>;         // rgb radiance, a transmittance
 @group(0) @binding(2) var cloud_distance: texture_2d<f32>; // m
 @group(0) @binding(3) var picture: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(4) var opaque_radiance: texture_2d<f32>; // rgb, of what is opaque
+@group(0) @binding(5) var opaque_sunlit: texture_2d<f32>;   // rgb, what sunlight adds to it
 
-// For `unfolded`: m, beyond every point; a column of pixels beyond every picture's.
+// For `unfolded`, and the distance of nothing: m, beyond every point; a column of pixels beyond every picture's.
 const NOWHERE: f32 = 1e30;
 const NO_PIXEL: u32 = 0xffffffffu;
 
@@ -50,7 +53,16 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
         if unfolded(frame.has_ground, outside) != 0u {
             ground = ground_distance(dir);
         }
-        if ground >= 0.0 {
+        let surface = opaque_distance(id.xy);
+        if surface < NOWHERE && !(ground >= 0.0 && ground < surface) {
+            let sunlit = textureLoad(opaque_sunlit, min(id.xy, textureDimensions(opaque_sunlit) - 1u), 0).rgb;
+            let shaded = textureLoad(opaque_radiance, min(id.xy, textureDimensions(opaque_radiance) - 1u), 0).rgb;
+            behind = shaded + sunlit * sun_visibility(dir * surface);
+            if has_air {
+                let air = air_between(dir, surface);
+                behind = behind * air.transmittance + air.inscatter;
+            }
+        } else if ground >= 0.0 {
             behind = ground_radiance(dir, ground, sun_visibility(dir * ground));
             if has_air {
                 let air = air_between(dir, ground);

@@ -1,10 +1,12 @@
 // Reuse: the blend has shaded one pixel of every block of stride x stride; the others come from the
 // frame before, from where it showed the same point of the clouds. What was hidden there, or is of
-// another brightness than all that is new around it, comes from the new pixels alone.
+// another brightness than all that is new around it, comes from the new pixels alone. Pixels beside an edge of what
+// is opaque are all new.
 // Host: src/frame/reuse.rs.
 //
 // Workgroup contract: one invocation owns one pixel of the picture.
-#import cumuli::gpu_data::{FrameUniforms, block_pixel}
+#import cumuli::gpu_data::{FrameUniforms, block_pixel, phase_of_pixel}
+#import cumuli::opaque_distance::beside_edge
 
 // How the frame before saw what this one sees.
 struct ReuseUniforms {
@@ -16,7 +18,7 @@ struct ReuseUniforms {
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
 @group(0) @binding(1) var<uniform> before: ReuseUniforms;
-@group(0) @binding(2) var fresh: texture_2d<f32>;            // a pixel a block: rgb, transmittance
+@group(0) @binding(2) var fresh: texture_2d<f32>;            // a pixel a block, the others of blocks beside edges in three more parts: rgb, transmittance
 @group(0) @binding(3) var fresh_distance: texture_2d<f32>;   // m
 @group(0) @binding(4) var history: texture_2d<f32>;          // the frame before
 @group(0) @binding(5) var history_distance: texture_2d<f32>;
@@ -92,6 +94,13 @@ fn reuse(@builtin(global_invocation_id) id: vec3<u32>) {
     if all(id.xy % stride == first) {
         textureStore(clouds, id.xy, textureLoad(fresh, id.xy / stride, 0));
         textureStore(cloud_distance, id.xy, textureLoad(fresh_distance, id.xy / stride, 0));
+        return;
+    }
+    if beside_edge(id.xy, frame.size, stride, frame.phase) {
+        let layer = (phase_of_pixel(id.xy % stride) - frame.phase) & 3u;
+        let texel = id.xy / stride + vec2(layer & 1u, layer >> 1u) * frame.blocks;
+        textureStore(clouds, id.xy, textureLoad(fresh, texel, 0));
+        textureStore(cloud_distance, id.xy, textureLoad(fresh_distance, texel, 0));
         return;
     }
     // New pixels around: the last ones of a row may lie outside of the picture.

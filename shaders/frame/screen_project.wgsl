@@ -1,6 +1,8 @@
 // Screen projection: which particles are in view, which screen tiles they touch, and the key that
 // sorts them from the eye. Twin: src/frame/cpu/screen_project.rs.
 //
+// What lies behind all that is opaque in its tiles is not in view.
+//
 // Workgroup contract: one invocation owns one particle slot and writes its key, value and rectangle.
 #import cumuli::gpu_data::{FrameUniforms, Particle}
 #import cumuli::numerics::sortable
@@ -12,8 +14,14 @@
 @group(0) @binding(4) var<storage, read_write> rectangles: array<vec2<u32>>; // x: first tile, y: one past the last; x in the low half
 @group(0) @binding(5) var<storage, read> particle_count: array<u32>; // ParticleCount: its first word
 @group(0) @binding(6) var<storage, read_write> visible: array<atomic<u32>>; // a sum: its order cannot matter
+@group(0) @binding(7) var<storage, read_write> nearest: array<u32>;  // the key, which stays where it is when keys are sorted
+@group(0) @binding(8) var tile_limits: texture_2d<u32>;              // keys beyond which nothing is seen; one texel where that is nowhere
+@group(0) @binding(9) var bin_limits: texture_2d<u32>;
 
 const NOT_SEEN: u32 = 0xffffffffu;
+const BIN: u32 = 8u; // tiles a side
+// Tiles of a rectangle up to which each of them is asked; of larger ones their bins.
+const FEW_TILES: u32 = 64u;
 const TILE: f32 = f32(#{SCREEN_TILE}); // blocks a side
 // A tangent beyond every picture's edge: the widest field of view ends at 115.
 const EVERYTHING: f32 = 1e30;
@@ -33,6 +41,24 @@ fn tangent_bounds(x: f32, z: f32, radius: f32) -> vec2<f32> {
         select(-EVERYTHING, (x * reach - z * radius) / low, low > 0.0),
         select(EVERYTHING, (x * reach + z * radius) / high, high > 0.0),
     );
+}
+
+// Whether all tiles of a rectangle end before this key.
+fn is_hidden(first: vec2<u32>, last: vec2<u32>, key: u32) -> bool {
+    let size = last - first;
+    let few = size.x * size.y <= FEW_TILES;
+    let side = select(BIN, 1u, few);
+    let end = (last - 1u) / side;
+    for (var y = first.y / side; y <= end.y; y++) {
+        for (var x = first.x / side; x <= end.x; x++) {
+            let of_tile = textureLoad(tile_limits, min(vec2(x, y), textureDimensions(tile_limits) - 1u), 0).r;
+            let of_bin = textureLoad(bin_limits, min(vec2(x, y), textureDimensions(bin_limits) - 1u), 0).r;
+            if key <= select(of_bin, of_tile, few) {
+                return false;
+            }
+        }
+    }
+    return true;
 }
 
 @compute @workgroup_size(64)
@@ -70,7 +96,12 @@ fn project(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(first >= last) {
         return;
     }
+    let key = sortable(max(length(c) - r, 0.0));
+    if is_hidden(first, last, key) {
+        return;
+    }
+    nearest[id.x] = key;
     rectangles[id.x] = vec2(first.x | (first.y << 16u), last.x | (last.y << 16u));
-    keys[id.x] = sortable(max(length(c) - r, 0.0));
+    keys[id.x] = key;
     atomicAdd(&visible[0], 1u);
 }

@@ -43,10 +43,12 @@ fn in_view(origin: vec3<f32>, towards: vec3<f32>, across: f32) -> bool {
     var near = maps.nearest;
     var far = maps.nearest + maps.reach;
     let nowhere = origin.y > FAR;
+    let anywhere = unfolded(maps.anywhere, nowhere) != 0u;
     if (unfolded(frame.has_ground, nowhere) != 0u) & (towards.y > LEVEL) {
         far = max(far, (origin.y - maps.lowest) / towards.y);
     }
-    if !nowhere & (abs(towards.y) > LEVEL) {
+    far = select(far, FAR, anywhere);
+    if !nowhere & !anywhere & (abs(towards.y) > LEVEL) {
         let a = (origin.y - maps.lowest) / towards.y;
         let b = (origin.y - maps.highest) / towards.y;
         let slack = across / abs(towards.y);

@@ -1,5 +1,5 @@
 // Tile lists: for each tile of a picture (the screen's, the sun's) the particles
-// that touch it, in sorted order. Two levels: bins of 8x8 tiles first, so that a tile walks its
+// that touch it, in sorted order, but for those behind all that is opaque in it. Two levels: bins of 8x8 tiles first, so that a tile walks its
 // bin's list and not all particles. Twin: src/frame/cpu/tile_lists.rs.
 //
 // Workgroup contract: one invocation owns one (bin, chunk of sorted particles) in the bin
@@ -25,6 +25,9 @@ struct ListUniforms {
 @group(0) @binding(5) var<storage, read> bin_offsets: array<u32>;
 @group(0) @binding(6) var<storage, read_write> bin_entries: array<u32>;
 @group(0) @binding(7) var<storage, read_write> tile_entries: array<u32>;
+@group(0) @binding(8) var<storage, read> nearest: array<u32>; // keys of particles, as the limits'
+@group(0) @binding(9) var tile_limits: texture_2d<u32>;       // keys beyond which a tile lists nothing; one texel where that is nowhere
+@group(0) @binding(10) var bin_limits: texture_2d<u32>;
 
 const BIN: u32 = 8u; // tiles a side
 
@@ -32,6 +35,14 @@ fn touches(rectangle: vec2<u32>, first: vec2<u32>, last: vec2<u32>) -> bool {
     let low = vec2(rectangle.x & 0xffffu, rectangle.x >> 16u);
     let high = vec2(rectangle.y & 0xffffu, rectangle.y >> 16u);
     return all(low < last) && all(high > first);
+}
+
+fn limit_of_tile(tile: vec2<u32>) -> u32 {
+    return textureLoad(tile_limits, min(tile, textureDimensions(tile_limits) - 1u), 0).r;
+}
+
+fn limit_of_bin(bin: vec2<u32>) -> u32 {
+    return textureLoad(bin_limits, min(bin, textureDimensions(bin_limits) - 1u), 0).r;
 }
 
 @compute @workgroup_size(64)
@@ -43,9 +54,11 @@ fn count_bins(@builtin(global_invocation_id) id: vec3<u32>) {
     let first = vec2(bin % params.bins.x, bin / params.bins.x) * BIN;
     let begin = (id.x % params.chunks) * params.chunk;
     let end = min(begin + params.chunk, lengths[params.length_index]);
+    let limit = limit_of_bin(first / BIN);
     var found = 0u;
     for (var i = begin; i < end; i++) {
-        found += select(0u, 1u, touches(rectangles[order[i]], first, first + BIN));
+        let particle = order[i];
+        found += select(0u, 1u, touches(rectangles[particle], first, first + BIN) && nearest[particle] <= limit);
     }
     counts[id.x] = found;
 }
@@ -59,10 +72,11 @@ fn write_bins(@builtin(global_invocation_id) id: vec3<u32>) {
     let first = vec2(bin % params.bins.x, bin / params.bins.x) * BIN;
     let begin = (id.x % params.chunks) * params.chunk;
     let end = min(begin + params.chunk, lengths[params.length_index]);
+    let limit = limit_of_bin(first / BIN);
     var slot = bin_offsets[id.x];
     for (var i = begin; i < end; i++) {
         let particle = order[i];
-        if touches(rectangles[particle], first, first + BIN) {
+        if touches(rectangles[particle], first, first + BIN) && nearest[particle] <= limit {
             if slot < params.bin_capacity {
                 bin_entries[slot] = particle;
             }
@@ -88,17 +102,22 @@ fn bin_list(tile: vec2<u32>) -> BinList {
 // number of turns that the bins of a million particles pass (MOST_TURNS in src/frame/tile_lists.rs).
 const TURN_ENTRIES: u32 = 16u;
 
-// 1 where the bin's entry at this place, before its end, touches the tile.
-fn hit(at: u32, end: u32, tile: vec2<u32>) -> u32 {
+// Whether a particle is in a tile's list.
+fn is_in(particle: u32, tile: vec2<u32>, limit: u32) -> bool {
+    return touches(rectangles[particle], tile, tile + 1u) && nearest[particle] <= limit;
+}
+
+// 1 where the bin's entry at this place, before its end, is in the tile's list.
+fn hit(at: u32, end: u32, tile: vec2<u32>, limit: u32) -> u32 {
     if at >= end {
         return 0u;
     }
-    return select(0u, 1u, touches(rectangles[bin_entries[at]], tile, tile + 1u));
+    return select(0u, 1u, is_in(bin_entries[at], tile, limit));
 }
 
 // Four of them.
-fn hits(at: u32, end: u32, tile: vec2<u32>) -> u32 {
-    return hit(at, end, tile) + hit(at + 1u, end, tile) + hit(at + 2u, end, tile) + hit(at + 3u, end, tile);
+fn hits(at: u32, end: u32, tile: vec2<u32>, limit: u32) -> u32 {
+    return hit(at, end, tile, limit) + hit(at + 1u, end, tile, limit) + hit(at + 2u, end, tile, limit) + hit(at + 3u, end, tile, limit);
 }
 
 @compute @workgroup_size(8, 8)
@@ -107,22 +126,23 @@ fn count_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let list = bin_list(id.xy);
+    let limit = limit_of_tile(id.xy);
     var found = 0u;
     for (var i = list.begin; i < list.end; i += TURN_ENTRIES) {
-        found += hits(i, list.end, id.xy) + hits(i + 4u, list.end, id.xy);
-        found += hits(i + 8u, list.end, id.xy) + hits(i + 12u, list.end, id.xy);
+        found += hits(i, list.end, id.xy, limit) + hits(i + 4u, list.end, id.xy, limit);
+        found += hits(i + 8u, list.end, id.xy, limit) + hits(i + 12u, list.end, id.xy, limit);
     }
     counts[id.y * params.tiles.x + id.x] = found;
 }
 
-// Writes the bin's entry at this place into the tile's list if it touches the tile; returns where the next
+// Writes the bin's entry at this place into the tile's list if it belongs there; returns where the next
 // goes.
-fn write(at: u32, end: u32, tile: vec2<u32>, slot: u32) -> u32 {
+fn write(at: u32, end: u32, tile: vec2<u32>, limit: u32, slot: u32) -> u32 {
     if at >= end {
         return slot;
     }
     let particle = bin_entries[at];
-    if !touches(rectangles[particle], tile, tile + 1u) {
+    if !is_in(particle, tile, limit) {
         return slot;
     }
     if slot < params.tile_capacity {
@@ -131,11 +151,11 @@ fn write(at: u32, end: u32, tile: vec2<u32>, slot: u32) -> u32 {
     return slot + 1u;
 }
 
-fn write_four(at: u32, end: u32, tile: vec2<u32>, slot: u32) -> u32 {
-    let second = write(at, end, tile, slot);
-    let third = write(at + 1u, end, tile, second);
-    let fourth = write(at + 2u, end, tile, third);
-    return write(at + 3u, end, tile, fourth);
+fn write_four(at: u32, end: u32, tile: vec2<u32>, limit: u32, slot: u32) -> u32 {
+    let second = write(at, end, tile, limit, slot);
+    let third = write(at + 1u, end, tile, limit, second);
+    let fourth = write(at + 2u, end, tile, limit, third);
+    return write(at + 3u, end, tile, limit, fourth);
 }
 
 // `counts` holds the scanned offsets of the tiles here.
@@ -145,12 +165,13 @@ fn write_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let list = bin_list(id.xy);
+    let limit = limit_of_tile(id.xy);
     var slot = counts[id.y * params.tiles.x + id.x];
     for (var i = list.begin; i < list.end; i += TURN_ENTRIES) {
-        slot = write_four(i, list.end, id.xy, slot);
-        slot = write_four(i + 4u, list.end, id.xy, slot);
-        slot = write_four(i + 8u, list.end, id.xy, slot);
-        slot = write_four(i + 12u, list.end, id.xy, slot);
+        slot = write_four(i, list.end, id.xy, limit, slot);
+        slot = write_four(i + 4u, list.end, id.xy, limit, slot);
+        slot = write_four(i + 8u, list.end, id.xy, limit, slot);
+        slot = write_four(i + 12u, list.end, id.xy, limit, slot);
     }
 }
 

@@ -47,7 +47,7 @@ struct FrameUniforms {
     blocks: vec2<u32>,         // of pixels
     stride: u32,               // sides of a block, pixels: 1 or 2
     phase: u32,                // which pixel of its block the blend shades; all where there is no such pixel
-    in_place: u32,             // 1: the blend writes to the pixels, 0: to the blocks
+    in_place: u32,             // 1: the blend writes to the pixels, 0: to the blocks, layers of them beside each other
     padding_a: u32,
     padding_b: u32,
     padding_c: u32,
@@ -56,6 +56,11 @@ struct FrameUniforms {
 // Place of a pixel in its block: no two in a row are neighbours in a row.
 fn block_pixel(phase: u32) -> vec2<u32> {
     return vec2((phase ^ (phase >> 1u)) & 1u, phase & 1u);
+}
+
+// The phase of a place in a block of 2x2 pixels: the inverse.
+fn phase_of_pixel(place: vec2<u32>) -> u32 {
+    return place.y | ((place.x ^ place.y) << 1u);
 }
 
 // A set of parallel lines seen as a picture: from the sun.

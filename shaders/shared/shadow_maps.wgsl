@@ -21,7 +21,7 @@ struct ShadowUniforms {
     resolution: u32,             // texels a side
     maps: u32,
     seen_only: u32,              // 1: only what the picture may show is made
-    padding_b: u32,
+    anywhere: u32,               // 1: what is shadowed may lie anywhere behind matter
 }
 
 // Optical depths of a texel's nodes, and from each to the next; before the first and beyond the last

@@ -34,7 +34,8 @@ pub(super) fn made(job: &Job, tables: Option<&Path>) -> Result<(Renderer, TableS
     let tables = tables.with_scattering_for(&medium.phase, medium.albedo, &StageBar::new())?;
     job.scene.check_shapes(&job.place, &tables.shape_names().collect::<Vec<_>>())?;
     let gpu = Gpu::headless()?;
-    let renderer = Renderer::new(&gpu, &tables, &job.scene, &job.settings)?;
+    let mut renderer = Renderer::new(&gpu, &tables, &job.scene, &job.settings)?;
+    renderer.set_opaque(job.opaque.as_ref().map(|picture| picture.upload(&gpu, 0)).transpose()?);
     Ok((renderer, tables))
 }
 

@@ -10,7 +10,7 @@ use super::print;
 use super::progress::Progress;
 use super::truth::TruthArgs;
 use crate::error::{Error, Result};
-use crate::frame::{FrameStats, Picture, Preset, RenderSettings};
+use crate::frame::{FrameStats, OpaquePicture, Picture, Preset, RenderSettings};
 use crate::output::{
     self, Format, FrameRange, FrameState, Sequence, SequenceKey, SequenceReport, VideoTarget,
     check_target, write_atomically, write_picture, write_video,
@@ -58,6 +58,11 @@ pub struct RenderArgs {
     /// Replace frames of another scene or of other settings in the folder
     #[arg(long, requires = "frames")]
     pub overwrite: bool,
+    /// Opaque things in the picture, seen by the scene's camera: an OpenEXR file of the picture's size with the
+    /// channels distance (along the rays) or Z (along the view axis), m, R, G, B (radiance), and where clouds are to
+    /// throw their shadow on them sunlit.R, sunlit.G, sunlit.B (what direct sunlight adds)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["frames", "reference"])]
+    pub opaque: Option<PathBuf>,
     /// Table file made by precompute; without it, the built-in tables
     #[arg(long, value_name = "FILE")]
     pub tables: Option<PathBuf>,
@@ -84,6 +89,8 @@ pub struct Job {
     pub settings: RenderSettings,
     /// Width and height, pixels.
     pub size: [u32; 2],
+    /// Opaque things in the picture.
+    pub opaque: Option<OpaquePicture>,
     target: Target,
     path: Option<CameraPath>,
     video: Option<(VideoTarget, f64)>,
@@ -153,9 +160,12 @@ impl Job {
                 Target::Sequence(sequence)
             }
         };
+        let read = |path: &PathBuf| output::read_opaque(path, &scene.camera, args.size.0);
+        let opaque = args.opaque.as_ref().map(read).transpose()?;
         Ok(Self {
             scene,
             place,
+            opaque,
             settings: RenderSettings {
                 preset: args.preset,
                 time_passes: args.timings,

@@ -5,7 +5,7 @@ use super::progress::Progress;
 use super::render::{Job, RenderArgs};
 use crate::error::Result;
 use crate::output::Layers;
-use crate::reference::{ExactPixel, Window, exact_frame, picture};
+use crate::reference::{ExactPixel, Window, exact_frame_before, picture};
 
 /// What the channels mean.
 const MEANING: &str = "R, G, B: linear Rec. 709 radiance, unit: solar irradiance per steradian, \
@@ -23,7 +23,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let progress = Progress::new(u64::from(size[1]), "rows");
     let mut row = || progress.step(false);
     let window = Window::whole(size);
-    let pixels = exact_frame(&renderer, scene, &tables, &quality, size, window, &mut row)?;
+    let opaque = job.opaque.as_ref();
+    let pixels =
+        exact_frame_before(opaque, &renderer, scene, &tables, &quality, size, window, &mut row)?;
     progress.finish();
     let radiance = pixels
         .iter()

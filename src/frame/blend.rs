@@ -28,6 +28,8 @@ pub struct BlendInputs<'a> {
     pub lists: &'a PictureLists,
     /// Deep shadow maps.
     pub shadow: &'a ShadowJob,
+    /// Distances of what is opaque, m.
+    pub opaque: &'a wgpu::TextureView,
     /// Words: table look-ups, pixels in tiles with particles, tiles without, pixels whose march was cut.
     pub counts: &'a wgpu::Buffer,
 }
@@ -84,6 +86,7 @@ impl BlendPass {
                 inputs.counts.as_entire_binding(),
                 wgpu::BindingResource::TextureView(clouds),
                 wgpu::BindingResource::TextureView(distance),
+                wgpu::BindingResource::TextureView(inputs.opaque),
                 inputs.shadow.uniforms.as_entire_binding(),
                 inputs.shadow.texels.as_entire_binding(),
             ],

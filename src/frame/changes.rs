@@ -5,6 +5,7 @@
 use super::gpu_data::{FrameUniforms, LightView, Particle, ShadowUniforms};
 use super::in_view::InView;
 use super::light_grid::GridWork;
+use super::opaque::Opaque;
 use super::rings::PlacedField;
 
 /// Everything a frame's picture depends on, besides tables and settings.
@@ -22,12 +23,19 @@ pub struct FrameKey {
     pub shadow: ShadowUniforms,
     /// What may be in the picture.
     pub in_view: InView,
+    /// What is opaque in it: its revision tells of its contents.
+    pub opaque: Option<Opaque>,
 }
 
 impl FrameKey {
     /// Whether the scene has no particles.
     pub fn is_empty(&self) -> bool {
         self.clouds.is_none() && self.listed.is_empty()
+    }
+
+    /// Whether there may be something on which shadows are seen.
+    pub fn has_surfaces(&self) -> bool {
+        self.in_view.ground || self.opaque.is_some()
     }
 }
 
@@ -48,13 +56,17 @@ pub enum Input {
     Grid,
     /// What the eye sees of it.
     Field,
+    /// What is opaque.
+    Opaque,
 }
 
-const INPUTS: usize = 7;
+const INPUTS: usize = 8;
 
 /// What passes leave on the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Product {
+    /// Distances of what is opaque.
+    Distances,
     /// The particle buffer.
     Particles,
     /// Order and lists from the eye.
@@ -73,7 +85,8 @@ pub enum Product {
 
 impl Product {
     /// All of them, in the order they are made.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
+        Self::Distances,
         Self::Particles,
         Self::ScreenLists,
         Self::LightLists,
@@ -86,10 +99,18 @@ impl Product {
     /// What it is made from, straight or by other products.
     const fn inputs(self) -> &'static [Input] {
         match self {
+            Self::Distances => &[Input::Opaque, Input::Camera],
             Self::Particles => &[Input::Particles],
-            Self::ScreenLists => &[Input::Particles, Input::Camera],
+            Self::ScreenLists => &[Input::Particles, Input::Camera, Input::Opaque],
             Self::LightLists => &[Input::Particles, Input::Sun],
-            Self::Light => &[Input::Particles, Input::Camera, Input::Sun, Input::Sky, Input::Grid],
+            Self::Light => &[
+                Input::Particles,
+                Input::Camera,
+                Input::Sun,
+                Input::Sky,
+                Input::Grid,
+                Input::Opaque,
+            ],
             // Only what the eye may see is made.
             Self::Shadow => &[Input::Particles, Input::Camera, Input::Sun, Input::ShadowMaps],
             Self::Clouds => &[
@@ -100,8 +121,9 @@ impl Product {
                 Input::Grid,
                 Input::ShadowMaps,
                 Input::Field,
+                Input::Opaque,
             ],
-            Self::Picture => &[Input::Camera, Input::Sky],
+            Self::Picture => &[Input::Camera, Input::Sky, Input::Opaque],
         }
     }
 }
@@ -133,6 +155,7 @@ impl Changes {
             (Input::Sky, sky),
             (Input::Grid, grid.solved),
             (Input::Field, grid.field),
+            (Input::Opaque, differs(&|l| l.opaque != key.opaque)),
         ];
         for (input, changed) in changed {
             self.now[input as usize] += u64::from(changed);
@@ -140,10 +163,10 @@ impl Changes {
         self.last = Some(key.clone());
     }
 
-    /// Whether a product is not what it would be if it were made now; `but` one input.
-    pub fn is_stale(&self, product: Product, but: Option<Input>) -> bool {
+    /// Whether a product is not what it would be if it were made now; `but` some inputs.
+    pub fn is_stale(&self, product: Product, but: &[Input]) -> bool {
         self.made[product as usize].is_none_or(|made| {
-            let inputs = product.inputs().iter().filter(|i| Some(**i) != but);
+            let inputs = product.inputs().iter().filter(|i| !but.contains(i));
             inputs.into_iter().any(|i| made[*i as usize] != self.now[*i as usize])
         })
     }

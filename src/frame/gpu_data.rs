@@ -355,8 +355,8 @@ gpu_struct! {
         maps: u32,
         /// 1: only what the picture may show is made.
         seen_only: u32,
-        /// Unused.
-        padding_b: u32,
+        /// 1: what is shadowed may lie anywhere behind matter.
+        anywhere: u32,
     }
 }
 

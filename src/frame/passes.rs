@@ -3,6 +3,7 @@
 use super::blend::BlendPass;
 use super::light::LightPass;
 use super::light_grid::{GridMedium, LightGridPass};
+use super::opaque::OpaquePass;
 use super::picture_lists::{ListPasses, ProjectPass};
 use super::resolve::ResolvePass;
 use super::reuse::ReusePass;
@@ -17,6 +18,8 @@ use crate::gpu::{Gpu, ShaderLibrary};
 pub struct Passes {
     /// Cells to particles.
     pub rings: RingPass,
+    /// Depth of the host to distances.
+    pub opaque: OpaquePass,
     /// Scan, sort, lists.
     pub lists: ListPasses,
     /// To the screen.
@@ -68,6 +71,7 @@ impl Passes {
         let ((light_grid, light, blend), (shadow, resolve, rings, lists)) = (lit?, others?);
         Ok(Self {
             rings,
+            opaque: OpaquePass::new(gpu, library, quality.tile)?,
             lists,
             screen_project: ProjectPass::screen(gpu, library, quality.tile)?,
             light_project: ProjectPass::light(gpu, library)?,

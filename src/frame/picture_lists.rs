@@ -1,6 +1,7 @@
 //! One picture's worth of order: project all particles, sort them, list them per tile. Used two
 //! times a frame: from the eye, from the sun.
 
+use super::opaque::OpaqueJob;
 use super::scan::ScanPass;
 use super::sort::{SortJob, SortPass};
 use super::tile_lists::{ListInputs, ListSize, TileListPass, TileLists};
@@ -74,11 +75,15 @@ pub enum Projection<'a> {
     Screen {
         /// Counts the particles in view.
         visible: &'a wgpu::Buffer,
+        /// What is opaque in view.
+        opaque: &'a OpaqueJob,
     },
     /// A light's, with its `LightView`.
     Light {
         /// The view's uniforms.
         view: &'a wgpu::Buffer,
+        /// Stands for nothing opaque.
+        opaque: &'a OpaqueJob,
     },
 }
 
@@ -98,6 +103,13 @@ impl PictureLists {
         let sort = passes.sort.job(gpu, &passes.scan, size.particles);
         let rectangles =
             buffers::storage(gpu, "rectangles", size.particles as usize, 2 * size_of::<u32>());
+        // A light's lists have no limits, and so need no keys.
+        let nearest = match projection {
+            Projection::Screen { .. } => {
+                Some(buffers::storage(gpu, "nearest", size.particles as usize, size_of::<u32>()))
+            }
+            Projection::Light { .. } => None,
+        };
         let shared = [
             particles.as_entire_binding(),
             sort.keys.as_entire_binding(),
@@ -106,24 +118,33 @@ impl PictureLists {
             particle_count.as_entire_binding(),
         ];
         let mut resources = vec![frame.as_entire_binding()];
-        if let Projection::Light { view } = projection {
+        if let Projection::Light { view, .. } = projection {
             resources.push(view.as_entire_binding());
         }
         resources.extend(shared);
-        if let Projection::Screen { visible } = projection {
+        let (Projection::Screen { opaque, .. } | Projection::Light { opaque, .. }) = projection;
+        if let (Projection::Screen { visible, .. }, Some(nearest)) = (projection, &nearest) {
             resources.push(visible.as_entire_binding());
+            resources.push(nearest.as_entire_binding());
+            let limits = opaque.limits.iter();
+            resources.extend(limits.map(wgpu::BindingResource::TextureView));
         }
         let inputs = ListInputs {
             lengths: match projection {
-                Projection::Screen { visible } => visible,
+                Projection::Screen { visible, .. } => visible,
                 Projection::Light { .. } => particle_count,
             },
             length_index: 0,
             order: &sort.values,
             rectangles: &rectangles,
+            nearest: nearest.as_ref().unwrap_or(&rectangles),
+            limits: &opaque.limits,
         };
         let lists = passes.tile_lists.lists(gpu, &passes.scan, size, &inputs);
-        let bytes = sort.bytes() + rectangles.size() + lists.bytes();
+        let bytes = sort.bytes()
+            + rectangles.size()
+            + nearest.as_ref().map_or(0, wgpu::Buffer::size)
+            + lists.bytes();
         Self {
             project: project.kernel.bind(gpu, &resources),
             lists,

@@ -10,6 +10,8 @@ pub enum Pass {
     Sky,
     /// Cells to particles.
     Rings,
+    /// Depth of what is opaque to distances.
+    Opaque,
     /// Particles to tiles and sort keys: screen, sun.
     Project,
     /// Order.
@@ -34,9 +36,10 @@ pub enum Pass {
 
 impl Pass {
     /// All passes in order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Sky,
         Self::Rings,
+        Self::Opaque,
         Self::Project,
         Self::Sort,
         Self::TileLists,
@@ -54,6 +57,7 @@ impl Pass {
         match self {
             Self::Sky => "sky",
             Self::Rings => "rings",
+            Self::Opaque => "opaque",
             Self::Project => "project",
             Self::Sort => "sort",
             Self::TileLists => "tile_lists",
@@ -103,10 +107,10 @@ impl FramePlan {
         let empty = now.is_empty();
         // Only what is shown is made: clouds, and shadows where there is anything to see them on.
         let has_clouds = !empty && now.in_view.clouds;
-        let has_shadows = !empty && now.in_view.ground;
+        let has_shadows = !empty && now.has_surfaces();
         let has_particles = has_clouds || has_shadows;
-        let stale = |product| changes.is_stale(product, None);
-        let relit = has_clouds && changes.is_stale(Product::Light, Some(Input::Camera));
+        let stale = |product| changes.is_stale(product, &[]);
+        let relit = has_clouds && changes.is_stale(Product::Light, &[Input::Camera, Input::Opaque]);
         let mut made = Vec::new();
         let clouds_changed = has_clouds && stale(Product::Clouds);
         let mut make = |product, needed: bool| {
@@ -115,6 +119,7 @@ impl FramePlan {
             made.extend(makes.then_some(product));
             makes
         };
+        let distances = make(Product::Distances, now.opaque.is_some());
         let particles = make(Product::Particles, has_particles);
         let screen = make(Product::ScreenLists, has_clouds);
         let light_lists = make(Product::LightLists, has_particles);
@@ -130,9 +135,10 @@ impl FramePlan {
         };
         let unless_empty = |no| if empty { "no particles in the scene" } else { no };
         let or_unseen = |no| unless_empty(if has_clouds { no } else { "no cloud is in view" });
-        let or_unneeded =
-            |no| unless_empty(if has_particles { no } else { "neither clouds nor ground in view" });
-        let moved = "particles, sun or camera changed";
+        let or_unneeded = |no| {
+            unless_empty(if has_particles { no } else { "neither clouds nor surfaces in view" })
+        };
+        let moved = "particles, sun, camera or what is opaque changed";
         decide(Pass::Sky, sky_changed, "sun, altitude or ground changed", "sky unchanged");
         decide(
             Pass::Rings,
@@ -141,6 +147,15 @@ impl FramePlan {
             match now.clouds {
                 None => "the scene has no cloud field",
                 Some(_) => or_unneeded("field unchanged"),
+            },
+        );
+        decide(
+            Pass::Opaque,
+            distances,
+            "camera or what is opaque changed",
+            match now.opaque {
+                None => "nothing opaque was given",
+                Some(_) => "what is opaque unchanged",
             },
         );
         for pass in [Pass::Project, Pass::Sort, Pass::TileLists] {

@@ -17,6 +17,7 @@ use super::in_view::{InView, in_view};
 use super::light_grid::{
     GridInputs, GridMedium, GridOrder, GridRoom, GridSize, GridWork, LightGrid, Spreads,
 };
+use super::opaque::Opaque;
 use super::passes::Passes;
 use super::picture::{Counters, FrameStats, Picture};
 use super::plan::{FramePlan, Pass};
@@ -28,6 +29,7 @@ use super::settings::{Quality, RenderSettings};
 use super::shadow::ShadowJob;
 use super::sky::{SkyPass, SkyWork};
 use super::stats::{Counts, StatsReader, pass_times, with_earlier};
+use super::sun_at::SunAtPass;
 use super::weather::WeatherBuffer;
 use crate::gpu::{Gpu, ShaderLibrary, buffers};
 use crate::medium::{Halo, Truncation};
@@ -65,6 +67,9 @@ pub struct Renderer {
     resources: Option<Resources>,
     changes: Changes,
     history: History,
+    opaque: Option<Opaque>,
+    sun_at: Option<SunAtPass>,
+    eye: DVec3,
     light_epoch: u32,
 }
 
@@ -133,8 +138,59 @@ impl Renderer {
             resources: None,
             changes: Changes::default(),
             history: History::default(),
+            opaque: None,
+            sun_at: None,
+            eye: DVec3::ZERO,
             light_epoch: 0,
         })
+    }
+
+    /// What is opaque in the next frames: clouds end there, throw their shadows on it, and the picture shows it behind
+    /// them and the air. Drawn with the scene's camera, at the picture's size, until it is set to something else; a frame
+    /// refuses textures of another size or kind. After drawing anew into the same textures, set it with another revision.
+    ///
+    /// ```no_run
+    /// use cumuli::frame::{DepthKind, Opaque, Renderer};
+    ///
+    /// /// `near`: m, of the host's reversed projection without a far plane; clears its depth to 0.
+    /// fn clouds_around(
+    ///     renderer: &mut Renderer,
+    ///     [depth, colour, in_sunlight]: [&wgpu::Texture; 3],
+    ///     near: f32,
+    ///     frame: u64,
+    /// ) {
+    ///     let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
+    ///     renderer.set_opaque(Some(Opaque {
+    ///         depth: view(depth),
+    ///         kind: DepthKind::infinite_reversed(near),
+    ///         radiance: view(colour),
+    ///         sunlit: Some(view(in_sunlight)),
+    ///         revision: frame,
+    ///     }));
+    /// }
+    /// ```
+    pub fn set_opaque(&mut self, opaque: Option<Opaque>) {
+        self.opaque = opaque;
+    }
+
+    /// What the clouds of the last frame let through of the sunlight on its way to points of the scene (m), 0 to 1:
+    /// for things that are lit elsewhere. The points may lie anywhere, also out of view.
+    pub fn sun_transmittance(&mut self, points: &[DVec3]) -> Result<Vec<f32>> {
+        let is_made = !self.changes.is_stale(Product::LightLists, &[]);
+        let (Some(resources), true) = (&self.resources, is_made) else {
+            return Err(Error::Failed(
+                "the sun's lists are those of no frame: expected one with clouds or surfaces in view before"
+                    .to_owned(),
+            ));
+        };
+        let pass = match self.sun_at.take() {
+            Some(pass) => pass,
+            None => SunAtPass::new(&self.gpu, self.tables.layout())?,
+        };
+        let pass = self.sun_at.insert(pass);
+        let relative: Vec<_> =
+            points.iter().map(|p| (*p - self.eye).as_vec3().extend(0.0).to_array()).collect();
+        pass.transmittances(&self.gpu, resources, self.tables.bind_group(), &relative)
     }
 
     /// Makes one frame and reads it back. `time` in s, `size` in pixels.
@@ -168,6 +224,9 @@ impl Renderer {
                 "size",
                 format!("expected 1 to {most} pixels a side, found {}x{}", size[0], size[1]),
             ));
+        }
+        if let Some(opaque) = &self.opaque {
+            opaque.check(size)?;
         }
         // Listed particles are written before anything is counted.
         let listed = scene.particles.len() as u32;
@@ -247,6 +306,7 @@ impl Renderer {
             tile: self.quality.tile,
             columns,
             light_tiles: key.light.tiles,
+            has_opaque: key.opaque.is_some(),
             capacities: self.capacities,
         };
         let resources = match self.resources.take().filter(|r| r.layout == layout) {
@@ -307,6 +367,7 @@ impl Renderer {
             },
         };
         self.resources = Some(resources);
+        self.eye = scene.camera.position;
         plan.made().iter().for_each(|product| self.changes.done(*product));
         Ok((stats, counts))
     }

@@ -25,13 +25,14 @@ impl ResolvePass {
         Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[tables, sky])? })
     }
 
-    /// Binds clouds, shadows and the picture.
+    /// Binds clouds, shadows, the picture, and what is opaque: its distances, radiance, and what sunlight adds.
     pub fn bind(
         &self,
         gpu: &Gpu,
         frame: &wgpu::Buffer,
         shadow: &ShadowJob,
         targets: &Targets,
+        [distances, radiance, sunlit]: [&wgpu::TextureView; 3],
     ) -> wgpu::BindGroup {
         let picture = targets.picture.create_view(&Default::default());
         self.kernel.bind(
@@ -41,6 +42,9 @@ impl ResolvePass {
                 wgpu::BindingResource::TextureView(&targets.clouds),
                 wgpu::BindingResource::TextureView(&targets.distance),
                 wgpu::BindingResource::TextureView(&picture),
+                wgpu::BindingResource::TextureView(radiance),
+                wgpu::BindingResource::TextureView(sunlit),
+                wgpu::BindingResource::TextureView(distances),
                 shadow.uniforms.as_entire_binding(),
                 shadow.texels.as_entire_binding(),
             ],

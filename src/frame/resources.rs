@@ -4,6 +4,7 @@ use super::blend::BlendInputs;
 use super::gpu_data::{FrameUniforms, LightView, Particle, ParticleLight};
 use super::light::{LightJob, view_buffer};
 use super::light_grid::GridRoom;
+use super::opaque::OpaqueJob;
 use super::passes::Passes;
 use super::picture_lists::{PictureLists, Projection};
 use super::reuse::ReuseJob;
@@ -48,6 +49,8 @@ pub struct Layout {
     pub columns: u32,
     /// Tiles of the sun's picture.
     pub light_tiles: [u32; 2],
+    /// Whether there may be something opaque.
+    pub has_opaque: bool,
     /// How much fits.
     pub capacities: Capacities,
 }
@@ -83,6 +86,8 @@ pub struct Resources {
     pub particle_lights: wgpu::Buffer,
     /// The rings' buffers, where there is a cloud field.
     pub rings: Option<RingJob>,
+    /// What is opaque, along the pixels' rays.
+    pub opaque: OpaqueJob,
     /// Particles in view.
     pub visible: wgpu::Buffer,
     /// The screen's order and lists.
@@ -128,6 +133,12 @@ impl Resources {
         let rings = (layout.columns > 0).then(|| {
             passes.rings.job(gpu, &passes.lists.scan, layout.columns, &particles, &particle_count)
         });
+        let nothing = OpaqueJob::none(gpu);
+        let opaque = if layout.has_opaque {
+            OpaqueJob::new(gpu, layout.size, layout.tiles())
+        } else {
+            OpaqueJob::none(gpu)
+        };
         let visible = buffers::storage(gpu, "visible", 1, size_of::<u32>());
         let list_size = |tiles, entries: ListCapacity| ListSize {
             tiles,
@@ -143,7 +154,7 @@ impl Resources {
             &frame,
             &particles,
             &particle_count,
-            &Projection::Screen { visible: &visible },
+            &Projection::Screen { visible: &visible, opaque: &opaque },
         );
         let light = {
             let view = view_buffer(gpu);
@@ -155,7 +166,7 @@ impl Resources {
                 &frame,
                 &particles,
                 &particle_count,
-                &Projection::Light { view: &view },
+                &Projection::Light { view: &view, opaque: &nothing },
             );
             let job = passes.light.job(
                 gpu,
@@ -180,15 +191,21 @@ impl Resources {
             lights: &particle_lights,
             lists: &screen,
             shadow,
+            opaque: &opaque.distances,
             counts: &blend_counts,
         };
         let blend_bindings = passes.blend.bind(gpu, &inputs, [&targets.clouds, &targets.distance]);
         let reuse = (layout.stride > 1).then(|| {
-            let job = passes.reuse.job(gpu, &frame, &targets, layout.stride);
+            let job = {
+                let distances = (&opaque.distances, layout.has_opaque);
+                passes.reuse.job(gpu, &frame, &targets, layout.stride, distances)
+            };
             let bindings = passes.blend.bind(gpu, &inputs, [&job.fresh, &job.fresh_distance]);
             (job, bindings)
         });
-        let resolve_bindings = passes.resolve.bind(gpu, &frame, shadow, &targets);
+        let [radiance, sunlit] = opaque.radiance(None);
+        let of_opaque = [&opaque.distances, radiance, sunlit];
+        let resolve_bindings = passes.resolve.bind(gpu, &frame, shadow, &targets, of_opaque);
         let tonemap_bindings = passes.tonemap.bind(gpu, &frame, &targets);
         Self {
             layout,
@@ -197,6 +214,7 @@ impl Resources {
             particle_count,
             particle_lights,
             rings,
+            opaque,
             visible,
             screen,
             light,
@@ -220,6 +238,7 @@ impl Resources {
         self.particles.size()
             + self.particle_lights.size()
             + self.rings.as_ref().map_or(0, RingJob::bytes)
+            + self.opaque.bytes()
             + self.screen.bytes()
             + self.light.lists.bytes()
             + self.targets.bytes()

@@ -130,9 +130,18 @@ impl ReusePass {
         Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[])? })
     }
 
-    /// Makes the textures for blocks of `stride` x `stride` pixels.
-    pub fn job(&self, gpu: &Gpu, frame: &wgpu::Buffer, targets: &Targets, stride: u32) -> ReuseJob {
+    /// Makes the textures for blocks of `stride` x `stride` pixels. `opaque`: distances of what is opaque, and
+    /// whether there may be any: then all pixels of a block may be new.
+    pub fn job(
+        &self,
+        gpu: &Gpu,
+        frame: &wgpu::Buffer,
+        targets: &Targets,
+        stride: u32,
+        opaque: (&wgpu::TextureView, bool),
+    ) -> ReuseJob {
         let blocks = targets.size.map(|s| s.div_ceil(stride));
+        let fresh_size = if opaque.1 { blocks.map(|s| s * stride) } else { blocks };
         let mut bytes = 0;
         let mut texture = |label, size: [u32; 2], format: wgpu::TextureFormat| {
             let texels = u64::from(size[0]) * u64::from(size[1]);
@@ -152,8 +161,8 @@ impl ReusePass {
             })
         };
         let (colour, metres) = (wgpu::TextureFormat::Rgba32Float, wgpu::TextureFormat::R32Float);
-        let fresh = texture("new clouds", blocks, colour);
-        let fresh_distance = texture("new distance", blocks, metres);
+        let fresh = texture("new clouds", fresh_size, colour);
+        let fresh_distance = texture("new distance", fresh_size, metres);
         let history = texture("clouds before", targets.size, colour);
         let history_distance = texture("distance before", targets.size, metres);
         let uniforms = buffers::uniform(gpu, "reuse", &ReuseUniforms::zeroed());
@@ -171,6 +180,7 @@ impl ReusePass {
                 wgpu::BindingResource::TextureView(old_distance),
                 wgpu::BindingResource::TextureView(&targets.clouds),
                 wgpu::BindingResource::TextureView(&targets.distance),
+                wgpu::BindingResource::TextureView(opaque.0),
             ],
         );
         let [fresh, fresh_distance, ..] = views;

@@ -70,6 +70,10 @@ pub struct ListInputs<'a> {
     pub order: &'a wgpu::Buffer,
     /// First tile and one past the last, x in the low half, per particle.
     pub rectangles: &'a wgpu::Buffer,
+    /// Keys of particles, per particle.
+    pub nearest: &'a wgpu::Buffer,
+    /// Keys beyond which a tile, and a bin of tiles, lists nothing: a texel each, or one where that is nowhere.
+    pub limits: &'a [wgpu::TextureView; 2],
 }
 
 impl TileListPass {
@@ -129,6 +133,9 @@ impl TileListPass {
                     bin_offsets.as_entire_binding(),
                     bin_entries.as_entire_binding(),
                     tile_entries.as_entire_binding(),
+                    inputs.nearest.as_entire_binding(),
+                    wgpu::BindingResource::TextureView(&inputs.limits[0]),
+                    wgpu::BindingResource::TextureView(&inputs.limits[1]),
                 ],
             )
         };

@@ -182,6 +182,7 @@ fn shadow_range(nearest: f64, reach: f64, most: f64) -> [f32; 4] {
 /// when the camera moves. The coarsest holds the box, each finer one half of it, up to texels that
 /// show the smallest particle; less than half where the last would not even show what is large to the eye: drops
 /// around it beside a field of kilometres. `seen_only`: texels that the picture cannot show are left out.
+/// `anywhere`: what they shadow may lie anywhere behind matter, not only in it and on the ground.
 pub fn shadow_uniforms(
     towards: DVec3,
     bounds: &Bounds,
@@ -189,6 +190,7 @@ pub fn shadow_uniforms(
     ground: Option<f64>,
     resolution: u32,
     seen_only: bool,
+    anywhere: bool,
 ) -> ShadowUniforms {
     let [axis_u, axis_v] = picture_axes(towards);
     let project = |p: DVec3| DVec2::new(p.dot(axis_u), p.dot(axis_v));
@@ -243,6 +245,7 @@ pub fn shadow_uniforms(
         highest: (bounds.high.y - camera.y) as f32,
         resolution,
         seen_only: u32::from(seen_only),
+        anywhere: u32::from(anywhere),
         ..uniforms
     }
 }
@@ -255,7 +258,7 @@ mod tests {
         let [low, high] = [DVec3::splat(-half), DVec3::splat(half)];
         let finest = closest.min(1.0);
         let bounds = Bounds { low, high, detail: 1.0, finest, closest, around_camera: false };
-        shadow_uniforms(DVec3::new(0.0, 0.6, 0.8), &bounds, DVec3::ZERO, None, 256, true)
+        shadow_uniforms(DVec3::new(0.0, 0.6, 0.8), &bounds, DVec3::ZERO, None, 256, true, false)
     }
 
     #[test]

@@ -184,6 +184,7 @@ fn binding_type(space: AddressSpace, inner: &TypeInner) -> Option<wgpu::BindingT
 fn storage_format(format: naga::StorageFormat) -> Option<wgpu::TextureFormat> {
     Some(match format {
         naga::StorageFormat::R32Float => wgpu::TextureFormat::R32Float,
+        naga::StorageFormat::R32Uint => wgpu::TextureFormat::R32Uint,
         naga::StorageFormat::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
         naga::StorageFormat::Rgba32Uint => wgpu::TextureFormat::Rgba32Uint,
         naga::StorageFormat::Rgba16Float => wgpu::TextureFormat::Rgba16Float,

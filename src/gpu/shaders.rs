@@ -20,6 +20,7 @@ macro_rules! shader_files {
 /// Modules that others import, each after the modules it imports itself.
 const MODULES: &[(&str, &str)] = shader_files![
     "shared/gpu_data.wgsl",
+    "shared/opaque_distance.wgsl",
     "shared/numerics.wgsl",
     "shared/noise.wgsl",
     "shared/weather.wgsl",

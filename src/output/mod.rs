@@ -8,6 +8,7 @@ mod cache_folder;
 mod exr;
 mod fingerprint;
 mod layers;
+mod opaque;
 mod png;
 mod sequence;
 mod video;
@@ -19,6 +20,7 @@ pub use atomic::write_atomically;
 pub(crate) use cache_folder::cache_folder;
 pub use fingerprint::{fingerprint, fingerprint_of};
 pub use layers::{Channel, Layers};
+pub use opaque::{read_opaque, write_opaque};
 #[cfg(feature = "window")]
 pub(crate) use sequence::is_frame_name;
 pub use sequence::{FrameRange, FrameState, Sequence, SequenceKey, SequenceReport};

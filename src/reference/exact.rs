@@ -14,6 +14,7 @@ use crate::frame::cpu::lighting::{Before, ChordLight, RayLight, SunDepth};
 use crate::frame::cpu::segments::{ChordInputs, Composed, STEPS, mean_scatter_fraction};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::gpu_data::{Particle, ParticleLight};
+use crate::frame::opaque::Surface;
 use crate::frame::population::Shapes;
 use crate::frame::renderer::sky_inputs;
 use crate::medium::VOLUME_CELL;
@@ -152,8 +153,15 @@ impl<'a> Exact<'a> {
 
     /// What is seen in a direction from the eye.
     pub fn pixel(&self, dir: DVec3) -> ExactPixel {
-        let clouds = self.clouds(dir, self.far(dir));
-        self.with_behind(dir, &clouds, self.inputs.sun_depth)
+        self.pixel_before(dir, None)
+    }
+
+    /// The same before something opaque.
+    pub fn pixel_before(&self, dir: DVec3, surface: Option<Surface>) -> ExactPixel {
+        let ground = self.far(dir);
+        let surface = surface.filter(|s| s.distance < ground);
+        let clouds = self.clouds(dir, surface.map_or(ground, |s| s.distance));
+        self.with_behind(dir, &clouds, surface, self.inputs.sun_depth)
     }
 
     /// The same of clouds that have been composed without the air: it is taken at their distance, as the frame does.
@@ -169,7 +177,7 @@ impl<'a> Exact<'a> {
             let opacity = 1.0 - clouds.transmittance;
             clouds.radiance = clouds.radiance * air.transmittance + opacity * air.inscatter;
         }
-        self.with_behind(dir, &clouds, ground_depth)
+        self.with_behind(dir, &clouds, None, ground_depth)
     }
 
     /// Where rays end: m, to the ground, if they meet it.
@@ -178,14 +186,24 @@ impl<'a> Exact<'a> {
         if ground >= 0.0 { ground } else { f64::INFINITY }
     }
 
-    fn with_behind(&self, dir: DVec3, clouds: &Composed, ground_depth: SunDepth<'_>) -> ExactPixel {
+    fn with_behind(
+        &self,
+        dir: DVec3,
+        clouds: &Composed,
+        surface: Option<Surface>,
+        depth: SunDepth<'_>,
+    ) -> ExactPixel {
         let ground = self.far(dir);
         let scale = f64::from(self.inputs.frame.delta_scale);
         let straight = clouds.transmittance.powf(1.0 / scale);
         let behind = if clouds.transmittance <= OPAQUE {
             DVec3::ZERO
+        } else if let Some(Surface { distance, radiance, sunlit }) = surface {
+            let light = radiance + sunlit * (-depth(dir * distance)).exp();
+            let air = self.sky.air_between(dir, distance);
+            if self.has_air { light * air.transmittance + air.inscatter } else { light }
         } else if ground.is_finite() {
-            let sunlit = (-ground_depth(dir * ground)).exp();
+            let sunlit = (-depth(dir * ground)).exp();
             let light = self.sky.ground_radiance(dir, ground, sunlit);
             let air = self.sky.air_between(dir, ground);
             light * air.transmittance + air.inscatter

@@ -7,6 +7,7 @@ use super::exact::{Exact, ExactPixel, SunTruth};
 use super::view::{Filter, View};
 use crate::error::{Error, Result};
 use crate::frame::cpu::segments::ChordInputs;
+use crate::frame::opaque::OpaquePicture;
 use crate::frame::view::frame_uniforms;
 use crate::frame::{Quality, Renderer};
 use crate::medium::{Halo, Truncation};
@@ -49,6 +50,21 @@ pub fn exact_frame(
     window: Window,
     row: &mut dyn FnMut(),
 ) -> Result<Vec<ExactPixel>> {
+    exact_frame_before(None, renderer, scene, tables, quality, size, window, row)
+}
+
+/// The same of a frame with opaque things in it.
+#[expect(clippy::too_many_arguments, reason = "everything a frame depends on")]
+pub fn exact_frame_before(
+    opaque: Option<&OpaquePicture>,
+    renderer: &Renderer,
+    scene: &Scene,
+    tables: &TableSet,
+    quality: &Quality,
+    size: [u32; 2],
+    window: Window,
+    row: &mut dyn FnMut(),
+) -> Result<Vec<ExactPixel>> {
     let (particles, lights) = renderer.particles()?;
     let medium = &scene.medium;
     let scattering = tables.scattering_for(&medium.phase, medium.albedo).ok_or_else(|| {
@@ -73,7 +89,12 @@ pub fn exact_frame(
         let place =
             |x: u32| [x + window.corner[0], y + window.corner[1]].map(|v| f64::from(v) + 0.5);
         let direction = |x: u32| -> DVec3 { view.ray(place(x), [0.0; 2]).dir };
-        pixels.par_extend((0..window.size[0]).into_par_iter().map(|x| exact.pixel(direction(x))));
+        let surface = |x: u32| {
+            let row = (y + window.corner[1]) * size[0];
+            opaque.and_then(|o| o.surface((row + x + window.corner[0]) as usize))
+        };
+        let pixel = |x: u32| exact.pixel_before(direction(x), surface(x));
+        pixels.par_extend((0..window.size[0]).into_par_iter().map(pixel));
         row();
     }
     Ok(pixels)

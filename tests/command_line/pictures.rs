@@ -15,6 +15,47 @@ fn a_picture_of_the_asked_size_with_a_cloud_in_it() {
     assert_eq!(place.names("new"), ["a.png"]);
 }
 
+/// Something opaque before the particle hides it, in the frame and in what is composed exactly; what is no such file is
+/// told.
+#[test]
+fn opaque_things_hide_what_is_behind() {
+    use cumuli::output::Layers;
+    let place = Place::new();
+    let write = |name: &str, depth: &str, size: [u32; 2]| {
+        let count = (size[0] * size[1]) as usize;
+        let mut layers = Layers { size, ..Layers::default() };
+        // The left half, right before the eye.
+        let there = |i: usize| i % 16 < 8;
+        layers.add(depth, (0..count).map(|i| if there(i) { 0.5 } else { f32::INFINITY }));
+        for (channel, radiance) in [("R", 0.1), ("G", 0.2), ("B", 0.3)] {
+            layers.add(channel, (0..count).map(|_| radiance));
+        }
+        layers.write(&place.path(name), false).expect("written");
+    };
+    write("near.exr", "distance", [16, 16]);
+    write("axis.exr", "Z", [16, 16]);
+    for (opaque, more) in [("near.exr", ""), ("axis.exr", ""), ("near.exr", "--exact")] {
+        place.works(&format!(
+            "render --scene small.toml --size 16x16 --opaque {opaque} --out a.exr {more}"
+        ));
+        let picture = image::open(place.path("a.exr")).expect("an EXR").into_rgba32f();
+        let [r, g, b, a] = picture.get_pixel(7, 8).0;
+        assert_eq!([r, g, b, a], [0.1, 0.2, 0.3, 0.0], "{opaque} {more}");
+        assert!(picture.get_pixel(8, 8).0[3] > 0.5, "{opaque} {more}");
+    }
+    write("other.exr", "distance", [16, 8]);
+    write("none.exr", "depth", [16, 16]);
+    for (opaque, part) in
+        [("other.exr", "16x8"), ("none.exr", "distance"), ("gone.exr", "gone.exr")]
+    {
+        let message = place
+            .run(&format!("render --scene small.toml --size 16x16 --opaque {opaque} --out b.png"));
+        assert_ne!(message.code, Some(0), "{opaque}");
+        super::assert_sentence(&message.err, &[opaque, part]);
+    }
+    place.refuses("render --scene small.toml --opaque near.exr --frames 0..2 --out frames");
+}
+
 /// A run that was killed in the middle of writing leaves a part under another name.
 #[test]
 fn what_a_killed_run_left_is_removed() {

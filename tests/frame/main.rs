@@ -4,6 +4,7 @@ mod blend;
 mod distant;
 mod furnace;
 mod march;
+mod opaque;
 mod passes;
 mod picture;
 mod reuse;

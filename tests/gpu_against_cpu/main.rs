@@ -9,6 +9,7 @@ mod light;
 mod light_grid;
 mod noise;
 mod numerics;
+mod opaque;
 mod pictures;
 mod project;
 mod reuse;

@@ -1,6 +1,7 @@
 //! Particles and their lists as seen from the eye and from a light, made on the device.
 
 use cumuli::frame::gpu_data::{FrameUniforms, LightView, Particle};
+use cumuli::frame::opaque::OpaqueJob;
 use cumuli::frame::picture_lists::{ListPasses, PictureLists, ProjectPass, Projection};
 use cumuli::frame::rings::particle_count_buffer;
 use cumuli::frame::tile_lists::ListSize;
@@ -97,8 +98,17 @@ impl Population {
 
     /// The screen's lists, and the particles in view near to far.
     pub fn screen(&self, frame: &FrameUniforms) -> (PictureLists, Vec<u32>) {
+        self.screen_before(frame, &OpaqueJob::none(gpu()))
+    }
+
+    /// The same before something opaque.
+    pub fn screen_before(
+        &self,
+        frame: &FrameUniforms,
+        opaque: &OpaqueJob,
+    ) -> (PictureLists, Vec<u32>) {
         let project = ProjectPass::screen(gpu(), library(), SCREEN_TILE).expect("the projection");
-        let how = Projection::Screen { visible: &self.visible };
+        let how = Projection::Screen { visible: &self.visible, opaque };
         let lists = self.lists(&project, frame.tiles, &how);
         let visible = gpu().read_buffer::<u32>(&self.visible, 1).expect("a count")[0];
         let order = gpu().read_buffer(lists.order(), visible as usize).expect("the order");
@@ -109,7 +119,9 @@ impl Population {
     pub fn light(&self, view: &LightView) -> (PictureLists, wgpu::Buffer, Vec<u32>) {
         let project = ProjectPass::light(gpu(), library()).expect("the projection");
         let uniforms = buffers::uniform(gpu(), "light view", view);
-        let lists = self.lists(&project, view.tiles, &Projection::Light { view: &uniforms });
+        let opaque = OpaqueJob::none(gpu());
+        let how = Projection::Light { view: &uniforms, opaque: &opaque };
+        let lists = self.lists(&project, view.tiles, &how);
         let count = gpu().read_buffer::<u32>(&self.count, 1).expect("a count")[0];
         let order = gpu().read_buffer(lists.order(), count as usize).expect("the order");
         (lists, uniforms, order)

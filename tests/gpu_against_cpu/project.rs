@@ -18,7 +18,7 @@ const IN_PIXEL: [f64; 2] = [0.25, 0.75];
 const ROUNDING: f64 = 0.02;
 
 /// Particles all around an eye at the origin that looks along `forward`.
-fn particles(forward: DVec3, random: &mut Random) -> Vec<Particle> {
+pub fn particles(forward: DVec3, random: &mut Random) -> Vec<Particle> {
     let mut result = Vec::new();
     for _ in 0..150 {
         // In all directions: beside and behind the eye too, some around it.

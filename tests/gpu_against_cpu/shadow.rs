@@ -39,7 +39,7 @@ const FINEST: f64 = 60.0;
 /// The maps of a clump, all of which the camera sees.
 fn make(particles: &[Particle], sun: DVec3, resolution: u32, steps: u32, finest: f64) -> Made {
     let view = light_view(sun, &bounds(finest), CAMERA);
-    let maps = shadow_uniforms(sun, &bounds(finest), CAMERA, Some(0.0), resolution, true);
+    let maps = shadow_uniforms(sun, &bounds(finest), CAMERA, Some(0.0), resolution, true, false);
     let tables_gpu = tables_on_device();
     let pass =
         ShadowPass::new(gpu(), library(), steps, tables_gpu.layout()).expect("the shadow pass");

@@ -1,6 +1,7 @@
 //! Lists per tile against plain loops over rectangles, entry for entry.
 
 use cumuli::frame::cpu;
+use cumuli::frame::opaque::OpaqueJob;
 use cumuli::frame::scan::ScanPass;
 use cumuli::frame::tile_lists::{LENGTHS, ListInputs, ListSize, TileListPass, TileLists};
 use cumuli::gpu::buffers;
@@ -44,6 +45,8 @@ impl Case {
             length_index: 2,
             order: &buffers::storage_with(gpu(), "order", &self.order),
             rectangles: &buffers::storage_with(gpu(), "rectangles", &self.rectangles),
+            nearest: &buffers::storage(gpu(), "nearest", self.order.len(), 4),
+            limits: &OpaqueJob::none(gpu()).limits,
         };
         let particles = self.order.len() as u32;
         let size = ListSize { tiles: self.tiles, particles, bin_entries, tile_entries };

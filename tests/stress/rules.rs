@@ -2,13 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use cumuli::frame::Preset;
+use cumuli::frame::{OpaquePicture, Preset, Surface};
 use cumuli::gpu::watch::Resource;
 use cumuli::medium::Phase;
 use cumuli::scene::Medium;
 use cumuli::stress::corners::corners;
 use cumuli::stress::rules::{FLOATS, WHOLE, rule};
 use cumuli::stress::{Case, MEDIA, Stress, Way};
+
+use glam::DVec3;
 
 use crate::{SIZE, alone};
 
@@ -25,7 +27,20 @@ fn every_number_has_a_rule_and_every_rule_a_number() {
     absorbing.scene.medium = Medium { phase: Phase::Hg { g: -0.5 }, albedo: 0.5 };
     let live = Case { way: Way::Live, ..cases[0].clone() };
     cases.extend([absorbing, live]);
-    for case in &cases {
+    for (index, case) in cases.iter().enumerate() {
+        if index == 0 {
+            // Something opaque in half the picture, and shadows at a point.
+            let ahead = case.scene.camera.basis().forward;
+            let surfaces = OpaquePicture::cast(&case.scene.camera, SIZE, |dir| {
+                let (distance, radiance) = (1000.0, DVec3::splat(0.1));
+                (dir.x > ahead.x).then_some(Surface { distance, radiance, sunlit: radiance })
+            });
+            let opaque = surfaces.upload(stress.gpu(), 0).expect("a picture");
+            let renderer = &mut stress.made(case).expect("a renderer").renderer;
+            renderer.set_opaque(Some(opaque));
+            renderer.frame(&case.scene, 0.0, SIZE).expect("a frame");
+            renderer.sun_transmittance(&[DVec3::ZERO]).expect("a shadow");
+        }
         stress.run(case);
         let watch = stress.gpu().watch().expect("a device that is watched");
         for binding in watch.bindings() {

@@ -54,6 +54,13 @@ impl Renderer {
         Ok(offsets.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect())
     }
 
+    /// Texels of the last frame's deep shadow maps that are in use, map after map, read back.
+    pub fn shadow_texels(&self) -> Result<Vec<[u32; 4]>> {
+        let uniforms = self.gpu.read_buffer::<ShadowUniforms>(&self.shadow.uniforms, 1)?;
+        let used = uniforms.first().map_or(0, |u| u.maps * u.resolution * u.resolution);
+        self.gpu.read_buffer(&self.shadow.texels, used as usize)
+    }
+
     /// Sides of those tiles, pixels.
     pub fn tile_side(&self) -> u32 {
         self.quality.tile * self.stride()

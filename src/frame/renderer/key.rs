@@ -35,7 +35,7 @@ impl Renderer {
         }
         let any = clouds.is_some() || !listed.is_empty();
         let has_clouds = any && in_view.clouds && self.omit != Some(Pass::Blend);
-        let has_shadows = any && in_view.ground;
+        let has_shadows = any && (in_view.ground || self.opaque.is_some());
         // What a picture without clouds does not depend on shall not make it anew.
         let capacity = if has_clouds || has_shadows { self.capacities.particles } else { 0 };
         let bounds = bounds(scene, time);
@@ -61,8 +61,10 @@ impl Renderer {
                 scene.effective_ground().map(|_| 0.0),
                 self.quality.shadow_resolution,
                 !self.make_unseen,
+                self.opaque.is_some(),
             ),
             in_view,
+            opaque: self.opaque.clone(),
         })
     }
 }

@@ -126,6 +126,13 @@ impl Renderer {
                             passes.rings.encode(gpu, compute, scan, (job, clouds), &self.weather);
                         }
                     }
+                    Pass::Opaque => {
+                        if let Some(opaque) = &key.opaque {
+                            let job = (&resources.opaque, opaque);
+                            let size = key.frame.size;
+                            passes.opaque.encode(gpu, compute, &resources.frame, size, job);
+                        }
+                    }
                     Pass::Project => {
                         pictures.iter().for_each(|(lists, p)| lists.encode_project(compute, p));
                     }
@@ -151,7 +158,14 @@ impl Renderer {
                         );
                     }
                     Pass::Resolve => {
-                        let bindings = &resources.resolve_bindings;
+                        // The host may bring other textures in every frame.
+                        let of_opaque = key.opaque.as_ref().map(|opaque| {
+                            let [radiance, sunlit] = resources.opaque.radiance(Some(opaque));
+                            let views = [&resources.opaque.distances, radiance, sunlit];
+                            let (frame, targets) = (&resources.frame, &resources.targets);
+                            passes.resolve.bind(gpu, frame, &self.shadow, targets, views)
+                        });
+                        let bindings = of_opaque.as_ref().unwrap_or(&resources.resolve_bindings);
                         passes.resolve.encode(
                             compute,
                             key.frame.size,
@@ -189,7 +203,9 @@ fn encode_blend(
     let in_place = &resources.blend_bindings;
     let (bindings, pixels, reuse) = match (work.shading, &resources.reuse, before) {
         (Shading::Moving(_), Some((job, bindings)), Some(before)) => {
-            (bindings, 1, Some((job, before)))
+            // The others of a block where it is beside an edge of what is opaque.
+            let pixels = if work.key.opaque.is_some() { stride * stride } else { 1 };
+            (bindings, pixels, Some((job, before)))
         }
         (Shading::All, ..) => (in_place, stride * stride, None),
         _ => (in_place, 1, None),

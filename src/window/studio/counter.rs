@@ -40,6 +40,7 @@ impl Composer for StepCounter {
             lights: &resources.particle_lights,
             lists: &resources.screen,
             shadow: inputs.shadow,
+            opaque: &resources.opaque.distances,
             counts: &resources.blend_counts,
         };
         let targets = &resources.targets;

@@ -109,7 +109,7 @@ impl Shadow {
             closest: f64::INFINITY,
             around_camera: false,
         };
-        let maps = shadow_uniforms(sun(), &bounds, DVec3::ZERO, None, SHADOW_TEXELS, true);
+        let maps = shadow_uniforms(sun(), &bounds, DVec3::ZERO, None, SHADOW_TEXELS, true, false);
         let texel = |i: u32| {
             let [x, y] = [i % SHADOW_TEXELS, i / SHADOW_TEXELS % SHADOW_TEXELS].map(f64::from);
             let first = 0.2 + 0.1 * (0.4 * x).sin() + 0.1 * (0.3 * y).cos();

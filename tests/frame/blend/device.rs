@@ -4,6 +4,7 @@ use crate::{GPU, TABLES};
 use cumuli::frame::cpu::light_grid::FieldSeen;
 use cumuli::frame::gpu_data::FrameUniforms;
 use cumuli::frame::light_grid::{GridMedium, LightGridPass, Spreads};
+use cumuli::frame::opaque::OpaqueJob;
 use cumuli::frame::sky::{SkyInputs, SkyKind, SkyPass};
 use cumuli::frame::view::SCREEN_TILE;
 use cumuli::gpu::{Kernel, ShaderLibrary, buffers};
@@ -98,11 +99,13 @@ impl Device {
             buffers::uniform(gpu, "shadow maps", &cloud.shadow.maps),
             buffers::storage_with(gpu, "shadow texels", &cloud.shadow.texels),
         ];
+        let nothing = OpaqueJob::none(gpu);
         let views = [&radiance, &distance].map(|t| t.create_view(&Default::default()));
         let resources: Vec<_> = uniforms
             .iter()
             .map(|buffer| buffer.as_entire_binding())
             .chain(views.iter().map(wgpu::BindingResource::TextureView))
+            .chain([wgpu::BindingResource::TextureView(&nothing.distances)])
             .chain(shadow.iter().map(|buffer| buffer.as_entire_binding()))
             .collect();
         let field = field_on_device(&self.grid, &cloud.field);
