@@ -4,7 +4,7 @@
 //
 // Workgroup contract: in `light_field` one invocation owns one slot, in `field_outside` one cell of one level: that
 // writes those that keep no light, which no eye changes, once for a solution.
-#import cumuli::light_grid_data::{DIRECTIONS, GridEye, LightGridUniforms, NO_SLOT, grid_direction, grid_phase, unpack_light}
+#import cumuli::light_grid_data::{DIRECTIONS, GridEye, LightGridUniforms, NO_SLOT, grid_direction, grid_phase, most_from_above, unpack_light}
 #import cumuli::numerics::unfolded
 
 @group(0) @binding(0) var<uniform> eye: GridEye;
@@ -39,13 +39,15 @@ fn share_of(layer: u32, column: u32) -> f32 {
 }
 
 @compute @workgroup_size(64)
-fn field_outside(@builtin(global_invocation_id) id: vec3<u32>) {
+fn field_outside(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    // Groups along z go on with the cells: there may be more than those along x may be.
+    let own = id.z * groups.x * 64u + id.x;
     let level = grid.level[id.y];
-    if id.y >= grid.levels || id.x >= level.size.x * level.size.y * level.size.z {
+    if id.y >= grid.levels || own >= level.size.x * level.size.y * level.size.z {
         return;
     }
-    if cells[level.size.w + id.x] == NO_SLOT {
-        let cell = vec3(id.x % level.size.x, (id.x / level.size.x) % level.size.y, id.x / (level.size.x * level.size.y));
+    if cells[level.size.w + own] == NO_SLOT {
+        let cell = vec3(own % level.size.x, (own / level.size.x) % level.size.y, own / (level.size.x * level.size.y));
         var column = cell.z * level.size.x + cell.x;
         for (var l = 0u; l < id.y; l++) {
             column += grid.level[l].size.x * grid.level[l].size.z;
@@ -87,8 +89,8 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
     // Exactly: the sum of the weights is 1 but for rounding.
     sum.z = 1.0;
 #endif
-    // A part of it: weights are negative at some angles, and rounded.
-    sum.y = min(sum.y, sum.z);
+    // No more of it than there may be: weights are negative at some angles, and rounded.
+    sum.y = min(sum.y, most_from_above(grid.sky) * sum.z);
     let share = share_of(cell.y, first_column + cell.z * level.size.x + cell.x);
     textureStore(field, vec3(cell.xy, cell.z + u32(level.low.w)), vec4(grid.albedo * max(sum, vec3(0.0)), share));
 }

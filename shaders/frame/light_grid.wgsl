@@ -110,7 +110,7 @@ fn levels() -> u32 {
 // Share of a corner of a look-up in the light along a direction there.
 fn corner_light(direction_index: u32, outer: GridLevel, place: GridPlace, corner: u32) -> vec3<f32> {
     let entry = cells[grid_index(outer, corner_of(place, corner))];
-    var light = light_from_outside(grid_direction(direction_index));
+    var light = light_from_outside(direction_index, grid.sky);
     if entry != NO_SLOT {
         light = unpack_light(lights[direction_index * grid.kept_room + slot_of(entry)]);
     }
@@ -135,7 +135,7 @@ fn inflow(inner: u32, direction_index: u32, point: vec3<f32>) -> vec3<f32> {
             return sum;
         }
     }
-    return light_from_outside(grid_direction(direction_index));
+    return light_from_outside(direction_index, grid.sky);
 }
 
 // Optical depth beyond which no sunlight counts: what is left rounds to nothing in a light of f16.
@@ -345,6 +345,9 @@ fn moved(drift: f32, row: i32) -> i32 {
 // leaves out, the formula by cancelled digits.
 const SKEW_SERIES_BELOW: f32 = 0.05;
 
+// Optical depth of a cell that has less: matter of next to no extinction may be none in f32, and then sends nothing.
+const LEAST_TAU: f32 = 1e-30;
+
 // Carries light along one direction through a level. What flows out of a cell flows into the two
 // that it faces in the next row of its slanted plane: the one after it, and the one beside that; the
 // walk along a row goes so that the latter comes next.
@@ -446,7 +449,7 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
                 let skew = select(1.0 - 0.5 * opaque - clear, tau * tau * (2.0 - tau) / 24.0, tau < SKEW_SERIES_BELOW);
                 let flows_out = flows_in * (1.0 - opaque) + source * opaque + slope_of_source * skew;
                 // So that flows_out - flows_in = tau * (source - mean).
-                let mean = flows_in * clear + source * (1.0 - clear) - slope_of_source * (skew / tau);
+                let mean = flows_in * clear + source * (1.0 - clear) - slope_of_source * (skew / max(tau, LEAST_TAU));
                 lights[group.y * grid.kept_room + entry] = pack_light(mean);
                 lights[flow + k * flow_stride] = pack_light(flows_out);
                 flows_beside = flows_straight;

@@ -7,7 +7,7 @@
 //
 // Workgroup contract: one invocation owns one column of cells of one level. `rise` reads what `fall`
 // wrote: it is a dispatch of its own.
-#import cumuli::light_grid_data::{DIRECTIONS, GridLevel, LightGridUniforms, NO_SLOT, EMPTY_CELL, crossing, grid_direction, grid_index, slot_of, unpack_light}
+#import cumuli::light_grid_data::{DIRECTIONS, GridLevel, LightGridUniforms, NO_SLOT, EMPTY_CELL, crossing, grid_direction, grid_index, light_from_outside, slot_of, unpack_light}
 #import cumuli::numerics::{mean_transmittance, unfolded}
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
@@ -73,11 +73,13 @@ fn fall(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = slot_of(entry);
     var sum = vec3(0.0);
     var all = 0.0;
+    var bare = 0.0; // from the sky
     for (var d = 0u; d < DIRECTIONS; d++) {
         let down = max(-grid_direction(d).y, 0.0);
         if down > 0.0 {
             sum += down * unpack_light(lights[d * grid.kept_room + at]);
             all += down;
+            bare += down * light_from_outside(d, grid.sky).y;
         }
     }
     // From the cell's mean to what leaves it.
@@ -87,7 +89,7 @@ fn fall(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let tau = extinction * crossing(-grid.sun.xyz, level.cell.xyz).path;
     let beam = sun_mean[at] * exp(-tau) / mean_transmittance(tau);
-    fallen[id.x] = vec4(beam, PI * sum.x / all, sum.y / all, 0.0);
+    fallen[id.x] = vec4(beam, PI * sum.x / all, sum.y / bare, 0.0);
 }
 
 // What has fallen at a place, by the finest level over it; outside of all there are no clouds.

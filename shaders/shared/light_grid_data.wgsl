@@ -4,7 +4,7 @@
 // Levels go from fine (0) to coarse; a coarser one surrounds or holds the finer. Positions are
 // relative to the grid's anchor. A cell's light has three parts, all per unit of what they come
 // from: x scattered sunlight per unit irradiance, y light that came from the upper hemisphere at
-// radiance 1, z light from all sides at radiance 1 (from below: z - y). With albedo 1, z is 1
+// mean radiance 1, z light from all sides at radiance 1 (from below: z - y). With albedo 1, z is 1
 // everywhere and not stored: uniform light stays uniform to the last bit.
 // Only cells in or near matter keep light, in slots (light_grid_slots.wgsl).
 #define_import_path cumuli::light_grid_data
@@ -29,6 +29,7 @@ struct LightGridUniforms {
     matter_room: u32,     // slots of cells with matter that there are buffers for
     kept_room: u32,       // of all cells that keep light, with these
     padding_a: u32,
+    sky: array<vec4<f32>, 2>, // light from above by pairs of directions, over that of an even sky, less 1
     level: array<GridLevel, 10>,
 }
 
@@ -107,10 +108,18 @@ fn slot_of(entry: u32) -> u32 {
     return entry & ~EMPTY_CELL;
 }
 
-// Light that comes in from outside of all levels along a direction of travel.
-fn light_from_outside(direction: vec3<f32>) -> vec3<f32> {
-    let above = select(0.0, 1.0, direction.y < 0.0);
+// Light that comes in from outside of all levels along a direction of travel, under a sky as uneven as `sky` tells.
+fn light_from_outside(index: u32, sky: array<vec4<f32>, 2>) -> vec3<f32> {
+    let axis = index >> 1u;
+    let uneven = select(sky[0], sky[1], axis > 3u)[axis & 3u];
+    let above = select(0.0, 1.0 + uneven, grid_direction(index).y < 0.0);
     return vec3(0.0, above, 1.0);
+}
+
+// The most that such a sky sends along a direction, over that of an even one.
+fn most_from_above(sky: array<vec4<f32>, 2>) -> f32 {
+    let most = max(sky[0], sky[1]);
+    return 1.0 + max(max(max(most.x, most.y), max(most.z, most.w)), 0.0);
 }
 
 // Scaled phase function between unit vectors of this cosine, times 4 pi: degree 2.

@@ -289,6 +289,8 @@ gpu_struct! {
         kept_room: u32,
         /// Unused.
         padding_a: u32,
+        /// Light from above by pairs of directions, over that of an even sky, less 1; the last two unused.
+        sky: [[f32; 4]; 2],
         /// The levels.
         level: [GridLevel; GRID_LEVELS],
     }

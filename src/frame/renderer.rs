@@ -280,8 +280,14 @@ impl Renderer {
             )));
         }
         tracing::debug!(?next, "growing buffers");
+        if next.grid != self.capacities.grid && self.grid.drop_last() {
+            // Pixels of this attempt are lit by what lacks light.
+            self.history.forget();
+        }
+        if next.of_frame() != self.capacities.of_frame() {
+            self.resources = None;
+        }
         self.capacities = next;
-        self.resources = None;
         Ok(())
     }
 
@@ -307,7 +313,7 @@ impl Renderer {
             columns,
             light_tiles: key.light.tiles,
             has_opaque: key.opaque.is_some(),
-            capacities: self.capacities,
+            capacities: self.capacities.of_frame(),
         };
         let resources = match self.resources.take().filter(|r| r.layout == layout) {
             Some(resources) => resources,

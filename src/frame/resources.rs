@@ -36,6 +36,13 @@ pub struct Capacities {
     pub grid: GridRoom,
 }
 
+impl Capacities {
+    /// Those of a frame's own buffers: the light grid has its own.
+    pub fn of_frame(&self) -> Self {
+        Self { grid: GridRoom::default(), ..*self }
+    }
+}
+
 /// What the resources are made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {

@@ -85,7 +85,7 @@ impl Corners {
     /// From nothing to stone, from a drop to a continent.
     fn extinctions(&mut self) {
         for radius in [1e-3, 1.0, 1e3, 1e6] {
-            for extinction in [0.0, 1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6] {
+            for extinction in [0.0, 1e-30, 1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6] {
                 let eye = DVec3::new(0.0, 0.0, 2.5 * radius);
                 let around = [
                     particle(DVec3::ZERO, radius, extinction, "uniform"),

@@ -95,6 +95,7 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("LightGridUniforms.moment_second", ANY),
     ("LightGridUniforms.albedo", SHARE),
     ("LightGridUniforms.quantum", POSITIVE),
+    ("LightGridUniforms.sky", ANY),
     ("GridEye.position", ANY),
     ("ShadowUniforms.axis_u", ANY),
     ("ShadowUniforms.axis_v", ANY),

@@ -113,8 +113,14 @@ fn positive(scattered: [CellLight; DIRECTIONS]) -> [CellLight; DIRECTIONS] {
 const OUTSIDE: CellLight = DVec3::new(0.0, 0.5, 1.0);
 
 /// Light from outside of all levels along a direction of travel.
-fn outside(direction: DVec3) -> CellLight {
-    DVec3::new(0.0, if direction.y < 0.0 { 1.0 } else { 0.0 }, 1.0)
+fn outside(index: usize, uniforms: &LightGridUniforms) -> CellLight {
+    let uneven = f64::from(uniforms.sky.as_flattened()[index / 2]);
+    DVec3::new(0.0, if direction(index).y < 0.0 { 1.0 + uneven } else { 0.0 }, 1.0)
+}
+
+/// The most that the sky sends along a direction, over that of an even one.
+fn most_from_above(uniforms: &LightGridUniforms) -> f64 {
+    1.0 + f64::from(uniforms.sky.as_flattened().iter().copied().fold(0.0, f32::max))
 }
 
 /// The grid's light.
@@ -249,11 +255,11 @@ impl GridLight {
                 let light = |c| self.light_at(d, index(&outer, c)).map(|at| self.lights[at]);
                 return corners
                     .iter()
-                    .map(|(c, w)| *w * light(*c).unwrap_or(outside(direction(d))))
+                    .map(|(c, w)| *w * light(*c).unwrap_or(outside(d, &self.uniforms)))
                     .sum();
             }
         }
-        outside(direction(d))
+        outside(d, &self.uniforms)
     }
 
     fn begin(&mut self, inner: usize) {
@@ -325,7 +331,7 @@ impl GridLight {
                         weight * self.lights[d * self.kept + slot]
                     })
                     .sum();
-                sum.y = sum.y.min(sum.z);
+                sum.y = sum.y.min(most_from_above(&self.uniforms) * sum.z);
                 field[at] = (f64::from(self.uniforms.albedo) * sum.max(DVec3::ZERO)).extend(share);
             }
         }

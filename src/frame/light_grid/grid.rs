@@ -78,8 +78,7 @@ impl LightGrid {
         }
         let inputs = order.inputs;
         let mut work = GridWork::default();
-        // One that found no room for some of its cells lacks light.
-        let serves = |s: &Solution| s.inputs.is_near(inputs) && s.inputs.room == inputs.room;
+        let serves = |s: &Solution| s.inputs.is_near(inputs);
         let sliced = order.slice > 0 && self.shown.as_ref().is_some_and(serves);
         if self.shown.as_ref().is_some_and(|s| s.inputs == *inputs) {
             self.drop_next();
@@ -122,6 +121,11 @@ impl LightGrid {
         let shift = shown.anchor_at(order.time) - order.eye;
         work.field = work.solved || self.seen_from != Some(eye_of(shift));
         (work, shift)
+    }
+
+    /// Drops what was made last: it found no room for some of its cells, and lacks light there. Whether it was shown.
+    pub fn drop_last(&mut self) -> bool {
+        self.next.take().is_none() && self.shown.take().is_some()
     }
 
     fn drop_next(&mut self) {

@@ -6,9 +6,11 @@ use glam::DVec3;
 
 use super::levels::{GridRoom, Levels, fitting, of_list};
 use super::pass::light_words;
+use super::sky_light::{AXES, unevenness};
 use crate::Result;
 use crate::frame::gpu_data::{GRID_LEVELS, GridLevel, LightGridUniforms, Particle};
 use crate::frame::population::Shapes;
+use crate::frame::renderer::sky_inputs;
 use crate::frame::rings::PlacedField;
 use crate::medium::{Shape, Truncation};
 use crate::scene::{CloudField, Scene};
@@ -151,7 +153,12 @@ impl GridInputs {
                 // Altitudes are those of the ground: the field may only drift sideways here.
                 let start = DVec3::new(drifted.x, 0.0, drifted.z);
                 let anchor = start + field.wind * epoch;
-                let levels = fitting(field, anchor, settings.fineness, words, room.for_all);
+                let usual = fitting(field, anchor, settings.fineness, words, false);
+                let levels = if usual.cells() == room.too_many_cells {
+                    fitting(field, anchor, settings.fineness, words, true)
+                } else {
+                    usual
+                };
                 (levels, epoch, start, field.wind)
             }
             None => match of_list(&scene.particles, settings.fineness) {
@@ -180,6 +187,10 @@ impl GridInputs {
         let mut uniforms = <LightGridUniforms as bytemuck::Zeroable>::zeroed();
         let [x, y, z] = scene.sun.direction.as_vec3().to_array();
         uniforms.sun = [x, y, z, -levels.anchor.y as f32];
+        let altitude =
+            scene.clouds.as_ref().map_or(levels.anchor.y, |f| f.base + 0.5 * f.thickness);
+        let sky = unevenness(&sky_inputs(scene), altitude);
+        uniforms.sky.as_flattened_mut()[..AXES].copy_from_slice(&sky);
         uniforms.levels = levels.levels.len() as u32;
         uniforms.cells = levels.cells();
         uniforms.longest = levels.longest();

@@ -34,6 +34,12 @@ const FIRST_KEPT: [f64; 2] = [0.17, 0.6];
 const KEPT_BESIDE: f64 = 0.15;
 /// Cells of a word; as in the shader.
 const WORD_CELLS: u32 = 32;
+/// Texels along a side of a 3D texture that WebGPU lets every device have.
+const MOST_ALONG_TEXTURE: u32 = 2048;
+/// Texels of the light field, of 8 bytes: as many as take what a buffer may.
+const MOST_TEXELS: u64 = (128 << 20) / 8;
+/// Steps of a field's coverage in which the first guess of its room goes: a slider does not make new buffers each time.
+const GUESS_STEP: f64 = 0.25;
 /// By this the fineness goes down until the lights fit.
 const COARSER: f64 = 0.93;
 
@@ -108,8 +114,11 @@ pub struct GridRoom {
     pub kept: u32,
     /// As many there may be at most: what a device must be able to bind.
     pub most: u32,
-    /// So many were too few once: since then there is room for all cells of a level, which are less fine for it.
-    pub for_all: bool,
+    /// Cells of the levels that it is for.
+    pub cells: u32,
+    /// Cells of levels for whose lights so many were too few: such have room for all their cells since, and are less
+    /// fine for it. 0: none were.
+    pub too_many_cells: u32,
 }
 
 impl GridRoom {
@@ -121,6 +130,7 @@ impl GridRoom {
         let most = (MOST_WORDS / u64::from(words)).saturating_sub(flows) / u64::from(DIRECTIONS);
         let most = most.min(cells.into()) as u32;
         let guess = |[least, rise]: [f64; 2]| {
+            let coverage = (coverage / GUESS_STEP).ceil() * GUESS_STEP;
             ((least + rise * coverage).min(1.0) * f64::from(cells)).ceil() as u32
         };
         let room = |now: u32, first| now.max(guess(first)).min(most).max(1);
@@ -128,7 +138,8 @@ impl GridRoom {
             matter: room(self.matter, FIRST_MATTER),
             kept: room(self.kept, FIRST_KEPT),
             most: most.max(1),
-            for_all: self.for_all,
+            cells,
+            too_many_cells: self.too_many_cells,
         }
     }
 
@@ -140,7 +151,7 @@ impl GridRoom {
         Self {
             matter: grow(self.matter, matter),
             kept: grow(self.kept, kept),
-            for_all: self.for_all || kept > self.most,
+            too_many_cells: if kept > self.most { self.cells } else { self.too_many_cells },
             ..self
         }
     }
@@ -172,7 +183,10 @@ pub fn fitting(
         // An entry for each cell, and its extinction.
         let entries = u64::from(levels.cells()) + u64::from(slots);
         let lights = u64::from(words) * u64::from(levels.lights(slots));
-        if lights.max(entries) <= MOST_WORDS {
+        let [x, y, z] = levels.texture_size();
+        let texels = u64::from(x) * u64::from(y) * u64::from(z);
+        let has_texture = x.max(y).max(z) <= MOST_ALONG_TEXTURE && texels <= MOST_TEXELS;
+        if lights.max(entries) <= MOST_WORDS && has_texture {
             return levels;
         }
         fineness *= COARSER;
@@ -237,4 +251,51 @@ pub fn of_list(particles: &[ParticleSpec], fineness: f64) -> Option<Levels> {
         cell *= 2.0;
     }
     Some(result)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn field(cell_size: f64, cells: u32, rings: u32, coverage: f64, thickness: f64) -> CloudField {
+        CloudField { cell_size, cells, rings, coverage, thickness, ..CloudField::default() }
+    }
+
+    /// What WebGPU lets every device have, for fields of all sizes in all finenesses of the presets.
+    #[test]
+    fn levels_fit_every_device() {
+        let usual = CloudField::default();
+        for (cells, rings) in [(2, 1), (96, 2), (128, 4), (128, 8), (160, 2), (160, 8), (256, 10)] {
+            for (coverage, thickness) in [(0.0, 300.0), (0.1, 2000.0), (0.5, 5000.0), (1.0, 1e4)] {
+                for (fineness, words) in [(0.8, 1), (1.8, 1), (2.2, 2)] {
+                    for for_all in [false, true] {
+                        let field = field(usual.cell_size, cells, rings, coverage, thickness);
+                        let levels = fitting(&field, DVec3::ZERO, fineness, words, for_all);
+                        let [x, y, z] = levels.texture_size();
+                        assert!(x.max(y).max(z) <= 2048, "{field:?}: {x} x {y} x {z} texels");
+                        assert!(u64::from(x) * u64::from(y) * u64::from(z) * 8 <= 128 << 20);
+                        let share = if for_all { 1.0 } else { most_kept(&field) };
+                        let slots = (share * f64::from(levels.cells())) as u32;
+                        let lights = u64::from(words) * u64::from(levels.lights(slots));
+                        assert!(4 * lights <= 128 << 20, "{field:?}: {lights} words of lights");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn room_grows_to_what_is_wanted_and_no_scene_leaves_its_mark_on_another() {
+        let levels = of_field(&CloudField::default(), DVec3::ZERO, 1.0);
+        let room = GridRoom::default().at_least(&levels, 0.25, 1);
+        // A slider that is drawn meets few steps.
+        assert_eq!(room, GridRoom::default().at_least(&levels, 0.13, 1));
+        assert_eq!(room.grown([room.matter, room.kept], |n| 2 * n), room);
+        let grown = room.grown([room.matter + 1, room.kept + 7], |n| n + 5);
+        assert_eq!([grown.matter, grown.kept], [room.matter + 6, room.kept + 12]);
+        // What it has grown to stays.
+        assert_eq!(grown, grown.at_least(&levels, 0.25, 1));
+        let passed = room.grown([1, room.most + 1], |n| n);
+        assert_eq!((passed.kept, passed.too_many_cells), (room.most, levels.cells()));
+    }
 }

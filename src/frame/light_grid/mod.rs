@@ -1,5 +1,5 @@
 //! Light grid: the light that clouds scatter among themselves, by discrete ordinates on nested
-//! grids. `levels` says where they lie, `inputs` what they depend on, `relaxation` how far the turns
+//! grids. `levels` says where they lie, `inputs` what they depend on, `sky_light` what comes in from above, `relaxation` how far the turns
 //! go, `job` holds the buffers, `pass` runs the shaders `light_grid_matter.wgsl` (fills the cells),
 //! `light_grid.wgsl` (solves) and `light_field.wgsl` (what the eye sees of it), `grid` says when.
 
@@ -9,6 +9,7 @@ mod job;
 mod levels;
 mod pass;
 mod relaxation;
+mod sky_light;
 mod slots;
 
 pub use grid::{GridOrder, GridWork, LightGrid};

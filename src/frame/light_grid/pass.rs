@@ -287,7 +287,9 @@ impl LightGridPass {
         pass.set_bind_group(0, &job.field, &[]);
         if work.solved {
             pass.set_pipeline(self.field.pipeline("field_outside"));
-            pass.dispatch_workgroups(groups, inputs.levels.levels.len() as u32, 1);
+            let along = groups.min(MOST_GROUPS as u32);
+            let levels = inputs.levels.levels.len() as u32;
+            pass.dispatch_workgroups(along, levels, groups.div_ceil(along.max(1)));
         }
         pass.set_pipeline(self.field.pipeline("light_field"));
         pass.dispatch_workgroups(job.room.kept.div_ceil(WORKGROUP), 1, 1);

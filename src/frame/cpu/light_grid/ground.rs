@@ -7,7 +7,7 @@ use glam::DVec2;
 
 use super::cells::{index, low, side};
 use super::sweep::mean_transmittance;
-use super::{DIRECTIONS, GridLight, direction};
+use super::{DIRECTIONS, GridLight, direction, outside};
 use crate::frame::gpu_data::GridLevel;
 
 const ZENITHS: u32 = 3;
@@ -40,17 +40,18 @@ impl GridLight {
         let Some(slot) = self.light_at(0, at) else {
             return Fallen { beam: 1.0, scattered: 0.0, sky: 1.0 };
         };
-        let (mut scattered, mut sky, mut sum) = (0.0, 0.0, 0.0);
+        let (mut scattered, mut sky, mut sum, mut bare) = (0.0, 0.0, 0.0, 0.0);
         for d in 0..DIRECTIONS {
             let down = (-direction(d).y).max(0.0);
             let light = self.lights[d * self.kept + slot];
             scattered += down * light.x;
             sky += down * light.y;
             sum += down;
+            bare += down * outside(d, &self.uniforms).y;
         }
         let tau = self.extinction[at] * self.sun_path(level);
         let beam = self.sun[at] * (-tau).exp() / mean_transmittance(tau);
-        Fallen { beam, scattered: PI * scattered / sum, sky: sky / sum }
+        Fallen { beam, scattered: PI * scattered / sum, sky: sky / bare }
     }
 
     fn fallen_at(&self, fallen: &[Vec<Fallen>], place: DVec2) -> Fallen {

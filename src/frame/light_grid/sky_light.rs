@@ -1,0 +1,185 @@
+//! How uneven the sky is: what of its light comes to the light grid along each direction. The grid keeps one number
+//! for the light from above, so colours are those of the mean sky, and the shares those of its luminance.
+
+use std::f64::consts::PI;
+use std::sync::{Mutex, PoisonError};
+
+use glam::{DVec3, Vec3};
+
+use crate::frame::cpu::light_grid::{DIRECTIONS, direction};
+use crate::frame::cpu::sky_march::{Air, AirRay};
+use crate::frame::sky::gpu_data::seen_from;
+use crate::frame::sky::spectrum::{Coefficients, reflectance, to_rgb};
+use crate::frame::sky::{SkyInputs, SkyKind};
+
+/// Pairs of opposite directions: of each, one comes from above.
+pub const AXES: usize = DIRECTIONS / 2;
+/// Directions in which the sky is looked at: equal in the cosine of the zenith angle, and in azimuth. Half of them:
+/// the other side of the sun mirrors it.
+const ZENITHS: u32 = 12;
+const AZIMUTHS: u32 = 12;
+/// Steps along each.
+const STEPS: u32 = 24;
+/// Luminance of linear sRGB (IEC 61966-2-1).
+const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+/// Turns of the solution below: half of them change it by less than f32 does (test).
+const TURNS: u32 = 256;
+
+/// What was asked for last, with the tables of the air over that ground, which take longer than all else here.
+struct Kept {
+    ground: Vec3,
+    air: Air,
+    sun: Vec3,
+    altitude: f64,
+    values: [f32; AXES],
+}
+
+static KEPT: Mutex<Option<Kept>> = Mutex::new(None);
+
+/// Light that comes from above along each axis, over that of a sky that is as bright everywhere, less 1; at least -1,
+/// their sum is 0. Altitude in m. With them sums over directions of travel have the moments of degrees 0 to 2 that
+/// the sky has, as nearly as six numbers can: those that the grid's phase function asks for.
+pub fn unevenness(inputs: &SkyInputs, altitude: f64) -> [f32; AXES] {
+    if inputs.kind != SkyKind::Atmosphere {
+        return [0.0; AXES];
+    }
+    let (ground, sun) = (inputs.ground_albedo, inputs.sun_direction);
+    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    let air = match kept.take() {
+        Some(k) if (k.ground, k.sun, k.altitude) == (ground, sun, altitude) => {
+            return kept.insert(k).values;
+        }
+        Some(k) if k.ground == ground => k.air,
+        _ => Air::new(Coefficients::earth(), reflectance(ground.as_dvec3())),
+    };
+    let values = of_air(&air, sun.as_dvec3(), seen_from(altitude));
+    *kept = Some(Kept { ground, air, sun, altitude, values });
+    values
+}
+
+fn of_air(air: &Air, sun: DVec3, altitude: f64) -> [f32; AXES] {
+    let beside = DVec3::Y.cross(sun).try_normalize().unwrap_or(DVec3::X);
+    let along = beside.cross(DVec3::Y);
+    let mut seen = Vec::new();
+    for i in 0..ZENITHS {
+        let mu = (f64::from(i) + 0.5) / f64::from(ZENITHS);
+        let across = (1.0 - mu * mu).sqrt();
+        for j in 0..AZIMUTHS {
+            let (sin, cos) = (PI * (f64::from(j) + 0.5) / f64::from(AZIMUTHS)).sin_cos();
+            let [left, right] = [1.0, -1.0]
+                .map(|side| across * (cos * along + side * sin * beside) + mu * DVec3::Y);
+            let ray =
+                AirRay { altitude, mu, sun_mu: sun.y, cos_sun: left.dot(sun).clamp(-1.0, 1.0) };
+            let light = to_rgb(air.gather_all(ray, false, STEPS).radiance).dot(LUMINANCE);
+            seen.extend([(left, light), (right, light)]);
+        }
+    }
+    let mean = seen.iter().map(|(_, light)| light).sum::<f64>() / seen.len() as f64;
+    if mean > 0.0 {
+        fitted(seen.iter().map(|(from, light)| (*from, light / mean - 1.0)), TURNS)
+    } else {
+        [0.0; AXES]
+    }
+}
+
+/// Where light along an axis comes from, above the horizon.
+fn from_above(axis: usize) -> DVec3 {
+    let d = direction(2 * axis);
+    if d.y > 0.0 { d } else { -d }
+}
+
+/// Sum over the degrees 0 to 2 of the products of spherical harmonics, of two unit vectors with this cosine.
+fn harmonics(cosine: f64) -> f64 {
+    (1.0 + 3.0 * cosine + 5.0 * (1.5 * cosine * cosine - 0.5)) / (4.0 * PI)
+}
+
+/// Values at the axes whose moments are nearest to those of `seen`, even in the upper hemisphere: the least squares with none below -1,
+/// by projected Gauss-Seidel.
+fn fitted(seen: impl Iterator<Item = (DVec3, f64)> + Clone, turns: u32) -> [f32; AXES] {
+    let axes: [DVec3; AXES] = std::array::from_fn(from_above);
+    let solid_angle = 2.0 * PI / seen.clone().count() as f64;
+    let wanted =
+        axes.map(|a| seen.clone().map(|(v, f)| f * harmonics(a.dot(v))).sum::<f64>() * solid_angle);
+    let product =
+        |i: usize, j: usize| harmonics(axes[i].dot(axes[j])) * (4.0 * PI / DIRECTIONS as f64);
+    let mut values = [0.0f64; AXES];
+    for _ in 0..turns {
+        for i in 0..AXES {
+            let others: f64 =
+                (0..AXES).filter(|j| *j != i).map(|j| product(i, j) * values[j]).sum();
+            values[i] = ((wanted[i] - others) / product(i, i)).max(-1.0);
+        }
+    }
+    // The mean sky is exact.
+    let mean = values.iter().map(|v| 1.0 + v).sum::<f64>() / AXES as f64;
+    values.map(|v| ((1.0 + v) / mean - 1.0) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn inputs(sun: DVec3) -> SkyInputs {
+        SkyInputs {
+            kind: SkyKind::Atmosphere,
+            sun_direction: sun.normalize().as_vec3(),
+            sun_irradiance: 1.0,
+            angular_diameter: 0.01,
+            camera_altitude: 0.0,
+            ground_albedo: Vec3::splat(0.2),
+            has_ground: true,
+        }
+    }
+
+    /// Points even in the cosine and in azimuth.
+    fn hemisphere() -> impl Iterator<Item = DVec3> + Clone {
+        (0..40).flat_map(|i| {
+            (0..80).map(move |j| {
+                let up = (f64::from(i) + 0.5) / 40.0;
+                let (sin, cos) = (PI * (f64::from(j) + 0.5) / 40.0).sin_cos();
+                let across = (1.0 - up * up).sqrt();
+                DVec3::new(across * cos, up, across * sin)
+            })
+        })
+    }
+
+    #[test]
+    fn what_is_even_stays_even() {
+        let even = fitted(hemisphere().map(|v| (v, 0.0)), TURNS);
+        assert_eq!(even, [0.0; AXES]);
+        let uniform = SkyInputs { kind: SkyKind::Uniform { radiance: 3.0 }, ..inputs(DVec3::Y) };
+        assert_eq!(unevenness(&uniform, 1000.0), [0.0; AXES]);
+    }
+
+    /// A sky that is brighter on one side, so that no value is bounded: its first moments along the horizon come out
+    /// to a tenth, by six directions of the hemisphere in place of all.
+    #[test]
+    fn a_bright_side_is_the_bright_side() {
+        for side in [DVec3::X, DVec3::Z, -DVec3::X, DVec3::new(0.6, 0.0, -0.8)] {
+            let light = |v: DVec3| 0.5 * v.dot(side);
+            let values = fitted(hemisphere().map(|v| (v, light(v))), TURNS);
+            let half = fitted(hemisphere().map(|v| (v, light(v))), TURNS / 2);
+            assert!(half.iter().zip(&values).all(|(a, b)| (a - b).abs() < 1e-6), "{half:?}");
+            let exact = hemisphere().map(|v| light(v) * v.dot(side)).sum::<f64>() / 3200.0;
+            let found =
+                (0..AXES).map(|a| f64::from(values[a]) * from_above(a).dot(side)).sum::<f64>()
+                    / AXES as f64;
+            assert!((found / exact - 1.0).abs() < 0.1, "{side}: {found} of {exact}");
+            assert!(values.iter().sum::<f32>().abs() < 1e-5, "{values:?}");
+        }
+    }
+
+    /// The sun low in the west: what comes from there is the brightest, and nothing is negative.
+    #[test]
+    fn a_low_sun_makes_its_side_bright() {
+        let [west, east] =
+            [-1.0, 1.0].map(|x| unevenness(&inputs(DVec3::new(x, 0.08, 0.0)), 1500.0));
+        println!("west {west:?}, east {east:?}");
+        let brightest = (0..AXES).max_by(|a, b| west[*a].total_cmp(&west[*b])).expect("some");
+        assert!(from_above(brightest).x < -0.5, "{}", from_above(brightest));
+        assert!(west[brightest] > 0.3, "{west:?}");
+        let opposite = (0..AXES).max_by(|a, b| east[*a].total_cmp(&east[*b])).expect("some");
+        assert!(from_above(opposite).x > 0.5, "{}", from_above(opposite));
+        assert!([west, east].iter().flatten().all(|v| *v >= -1.0));
+    }
+}
