@@ -31,7 +31,7 @@
 @group(0) @binding(3) var<storage, read> lights: array<ParticleLight>;
 @group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
 @group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
-@group(0) @binding(6) var<storage, read_write> counts: array<atomic<u32>>; // [0] look-ups, [1] pixels, [2] empty tiles, [3] pixels cut
+@group(0) @binding(6) var<storage, read_write> counts: array<atomic<u32>>; // [0] look-ups, [1] pixels, [2] empty tiles, [3] pixels cut; then areas (blend_areas.wgsl)
 @group(0) @binding(7) var radiance_out: texture_storage_2d<rgba32float, write>; // rgb, transmittance
 @group(0) @binding(8) var distance_out: texture_storage_2d<r32float, write>;    // m, opacity-weighted
 
@@ -68,8 +68,24 @@ fn span_of(centre: vec3<f32>, radius: f32, dir: vec3<f32>, far: f32) -> Span {
     return Span(middle - h, max(middle - h, 0.0), select(-1.0, min(middle + h, far), h2 > 0.0));
 }
 
+#ifdef LISTED
+// Workgroups in a row of the dispatch, as in blend_areas.wgsl; which area of 8x8 blocks each owns is told behind the counts.
+const ROW: u32 = 1024u;
+const LISTED_AREAS: u32 = 4u;
+
+@compute @workgroup_size(8, 8)
+fn blend(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    let listed = group.y * ROW + group.x;
+    if listed >= atomicLoad(&counts[LISTED_AREAS]) {
+        return;
+    }
+    let area = atomicLoad(&counts[LISTED_AREAS + 1u + listed]);
+    let columns = (frame.blocks.x + 7u) / 8u;
+    let id = vec3(vec2(area % columns, area / columns) * 8u + local.xy, group.z);
+#else
 @compute @workgroup_size(8, 8)
 fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
+#endif
     // One pixel of the block, or all of them in as many layers, from this phase on.
     let phase_of_block = (frame.phase + id.z) % (frame.stride * frame.stride);
     let pixel = id.xy * frame.stride + block_pixel(phase_of_block);

@@ -54,6 +54,13 @@ impl Renderer {
         Ok(offsets.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect())
     }
 
+    /// How many workgroups of the blend the last whole frame dispatched: along x, y and z; read back.
+    pub fn blend_groups(&self) -> Result<Vec<u32>> {
+        let groups = self.resources.as_ref().and_then(|r| r.blend_bindings.groups());
+        let none = || Error::Gpu("no frame was made".to_owned());
+        self.gpu.read_buffer(groups.ok_or_else(none)?, 3)
+    }
+
     /// Texels of the last frame's deep shadow maps that are in use, map after map, read back.
     pub fn shadow_texels(&self) -> Result<Vec<[u32; 4]>> {
         let uniforms = self.gpu.read_buffer::<ShadowUniforms>(&self.shadow.uniforms, 1)?;
