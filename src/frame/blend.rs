@@ -63,6 +63,16 @@ impl BlendPass {
         Self::with(gpu, library, quality, &[("COUNT_STEPS", 1)], groups)
     }
 
+    /// The same, but it writes where it looks things up behind its counts (see the shader).
+    pub fn recording(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        quality: &Quality,
+        groups: &[&wgpu::BindGroupLayout; 3],
+    ) -> Result<Self> {
+        Self::with(gpu, library, quality, &[("RECORD", 1)], groups)
+    }
+
     fn with(
         gpu: &Gpu,
         library: &ShaderLibrary,

@@ -112,6 +112,12 @@ impl Renderer {
         self.make_unseen = wanted;
     }
 
+    /// Whether rings end at once from the next frame on, in place of fading into each other: for measuring what that
+    /// is worth. The light grid's own particles fade all the same.
+    pub fn end_rings_at_once(&mut self, wanted: bool) {
+        self.rings_end_at_once = wanted;
+    }
+
     /// Makes one frame as it is alone and reads it back, in a stream too: nothing of the frames before
     /// is taken over, and nothing is spread over several.
     pub fn render_alone(&mut self, scene: &Scene, time: f64, size: [u32; 2]) -> Result<Picture> {
