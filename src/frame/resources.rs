@@ -4,6 +4,7 @@ use super::blend::{BlendInputs, BlendJob};
 use super::blend_areas::area_words;
 use super::gpu_data::{FrameUniforms, LightView, Particle, ParticleLight};
 use super::light::{LightJob, view_buffer};
+use super::light_grid::GridRoom;
 use super::opaque::OpaqueJob;
 use super::passes::Passes;
 use super::picture_lists::{PictureLists, Projection};
@@ -32,6 +33,8 @@ pub struct Capacities {
     pub screen: ListCapacity,
     /// The sun's.
     pub light: ListCapacity,
+    /// Cells of the light grid.
+    pub grid: GridRoom,
 }
 
 /// What the resources are made for.

@@ -155,7 +155,7 @@ impl Preset {
                 pixel_stride: 1,
                 tile: SCREEN_TILE,
                 shadow_resolution: 256,
-                grid: GridSettings { fineness: 1.55, turns: [9, 4], slice: 0, draft: false },
+                grid: GridSettings { fineness: 1.8, turns: [9, 4], slice: 0, draft: false },
             },
             Self::Ultra => Quality {
                 steps: 12,
@@ -164,7 +164,7 @@ impl Preset {
                 pixel_stride: 1,
                 tile: SCREEN_TILE,
                 shadow_resolution: 384,
-                grid: GridSettings { fineness: 1.85, turns: [17, 5], slice: 0, draft: false },
+                grid: GridSettings { fineness: 2.2, turns: [17, 5], slice: 0, draft: false },
             },
         }
     }

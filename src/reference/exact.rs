@@ -10,7 +10,7 @@ use super::grid::ParticleGrid;
 use super::particles::WorldParticle;
 use super::world::Densities;
 use crate::Result;
-use crate::frame::cpu::lighting::{Before, ChordLight, RayLight};
+use crate::frame::cpu::lighting::{Before, ChordLight, RayLight, SunDepth};
 use crate::frame::cpu::segments::{ChordInputs, Composed, STEPS, mean_scatter_fraction};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::gpu_data::{Particle, ParticleLight};
@@ -161,17 +161,23 @@ impl<'a> Exact<'a> {
         let ground = self.far(dir);
         let surface = surface.filter(|s| s.distance < ground);
         let clouds = self.clouds(dir, surface.map_or(ground, |s| s.distance));
-        self.with_behind(dir, &clouds, surface)
+        self.with_behind(dir, &clouds, surface, self.inputs.sun_depth)
     }
 
     /// The same of clouds that have been composed without the air: it is taken at their distance, as the frame does.
-    pub fn pixel_of(&self, dir: DVec3, mut clouds: Composed) -> ExactPixel {
+    /// `ground_depth` says how deep the ground lies in the clouds' shadow.
+    pub fn pixel_of(
+        &self,
+        dir: DVec3,
+        mut clouds: Composed,
+        ground_depth: SunDepth<'_>,
+    ) -> ExactPixel {
         if self.has_air && clouds.transmittance < 1.0 {
             let air = self.sky.air_between(dir, clouds.distance);
             let opacity = 1.0 - clouds.transmittance;
             clouds.radiance = clouds.radiance * air.transmittance + opacity * air.inscatter;
         }
-        self.with_behind(dir, &clouds, None)
+        self.with_behind(dir, &clouds, None, ground_depth)
     }
 
     /// Where rays end: m, to the ground, if they meet it.
@@ -180,18 +186,25 @@ impl<'a> Exact<'a> {
         if ground >= 0.0 { ground } else { f64::INFINITY }
     }
 
-    fn with_behind(&self, dir: DVec3, clouds: &Composed, surface: Option<Surface>) -> ExactPixel {
+    /// `sun_depth`: from what is behind the clouds.
+    fn with_behind(
+        &self,
+        dir: DVec3,
+        clouds: &Composed,
+        surface: Option<Surface>,
+        sun_depth: SunDepth<'_>,
+    ) -> ExactPixel {
         let ground = self.far(dir);
         let scale = f64::from(self.inputs.frame.delta_scale);
         let straight = clouds.transmittance.powf(1.0 / scale);
         let behind = if clouds.transmittance <= OPAQUE {
             DVec3::ZERO
         } else if let Some(Surface { distance, radiance, sunlit }) = surface {
-            let light = radiance + sunlit * (-(self.inputs.sun_depth)(dir * distance)).exp();
+            let light = radiance + sunlit * (-sun_depth(dir * distance)).exp();
             let air = self.sky.air_between(dir, distance);
             if self.has_air { light * air.transmittance + air.inscatter } else { light }
         } else if ground.is_finite() {
-            let sunlit = (-(self.inputs.sun_depth)(dir * ground)).exp();
+            let sunlit = (-sun_depth(dir * ground)).exp();
             let light = self.sky.ground_radiance(dir, ground, sunlit);
             let air = self.sky.air_between(dir, ground);
             light * air.transmittance + air.inscatter
