@@ -18,7 +18,7 @@
 #import cumuli::lighting::{mean_sunlight, own_share}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance, opacity, unfolded}
 #import cumuli::opaque_distance::{beside_edge, opaque_distance}
-#import cumuli::optical_depth::{copy_for, densities, march_from, pixels_per_radian}
+#import cumuli::optical_depth::{March, copy_for, densities, march_from, pixels_per_radian}
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::quaternion::rotate
 #import cumuli::scattering::scattering_source
@@ -31,7 +31,7 @@
 @group(0) @binding(3) var<storage, read> lights: array<ParticleLight>;
 @group(0) @binding(4) var<storage, read> tile_offsets: array<u32>;
 @group(0) @binding(5) var<storage, read> tile_entries: array<u32>;
-@group(0) @binding(6) var<storage, read_write> counts: array<atomic<u32>>; // [0] look-ups, [1] pixels, [2] empty tiles, [3] pixels cut
+@group(0) @binding(6) var<storage, read_write> counts: array<atomic<u32>>; // [0] look-ups, [1] pixels, [2] empty tiles, [3] pixels cut; then areas (blend_areas.wgsl)
 @group(0) @binding(7) var radiance_out: texture_storage_2d<rgba32float, write>; // rgb, transmittance
 @group(0) @binding(8) var distance_out: texture_storage_2d<r32float, write>;    // m, opacity-weighted
 
@@ -68,8 +68,82 @@ fn span_of(centre: vec3<f32>, radius: f32, dir: vec3<f32>, far: f32) -> Span {
     return Span(middle - h, max(middle - h, 0.0), select(-1.0, min(middle + h, far), h2 > 0.0));
 }
 
+#ifdef RECORD
+// For src/bench/fetches.rs: where this looks things up, and the sum of what it finds, in streams behind eight words of
+// `counts`, of which the last four count the records.
+const NO_SLOT: u32 = 0xffffffffu;
+
+fn slot_of(stream: u32, words: u32) -> u32 {
+    let room = (arrayLength(&counts) - 8u) / 4u;
+    let slot = atomicAdd(&counts[4u + stream], 1u);
+    return select(NO_SLOT, 8u + stream * room + slot * words, (slot + 1u) * words <= room);
+}
+
+fn put(slot: u32, offset: u32, v: vec4<f32>) {
+    if slot != NO_SLOT {
+        atomicStore(&counts[slot + offset], bitcast<u32>(v.x));
+        atomicStore(&counts[slot + offset + 1u], bitcast<u32>(v.y));
+        atomicStore(&counts[slot + offset + 2u], bitcast<u32>(v.z));
+        atomicStore(&counts[slot + offset + 3u], bitcast<u32>(v.w));
+    }
+}
+#endif
+
+fn densities_at(march: March, places: vec4<f32>, wanted: vec4<bool>) -> vec4<f32> {
+    let found = densities(march, places, wanted);
+#ifdef RECORD
+    let mask = dot(select(vec4(0.0), vec4(1.0, 2.0, 4.0, 8.0), wanted), vec4(1.0));
+    let slot = slot_of(0u, 12u);
+    put(slot, 0u, vec4(march.at, mask));
+    put(slot, 4u, vec4(march.step, found.x + found.y + found.z + found.w));
+    put(slot, 8u, places);
+#endif
+    return found;
+}
+
+fn depth_at(point: vec3<f32>) -> f32 {
+#ifdef RECORD
+    put(slot_of(1u, 4u), 0u, vec4(point, 0.0));
+#endif
+    return sun_depth(point);
+}
+
+fn field_at(place: vec3<f32>) -> vec4<f32> {
+    let found = scattered_light(place);
+#ifdef RECORD
+    put(slot_of(2u, 4u), 0u, vec4(place, found.x + found.y + found.z));
+#endif
+    return found;
+}
+
+fn source_at(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_radius: f32) -> vec2<f32> {
+    let found = scattering_source(entry, dir, sun, optical_radius).xy;
+#ifdef RECORD
+    let slot = slot_of(3u, 8u);
+    put(slot, 0u, vec4(entry, optical_radius));
+    put(slot, 4u, vec4(dir, found.x + found.y));
+#endif
+    return found;
+}
+
+#ifdef LISTED
+// Workgroups in a row of the dispatch, as in blend_areas.wgsl; which area of 8x8 blocks each owns is told behind the counts.
+const ROW: u32 = 1024u;
+const LISTED_AREAS: u32 = 4u;
+
+@compute @workgroup_size(8, 8)
+fn blend(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    let listed = group.y * ROW + group.x;
+    if listed >= atomicLoad(&counts[LISTED_AREAS]) {
+        return;
+    }
+    let area = atomicLoad(&counts[LISTED_AREAS + 1u + listed]);
+    let columns = (frame.blocks.x + 7u) / 8u;
+    let id = vec3(vec2(area % columns, area / columns) * 8u + local.xy, group.z);
+#else
 @compute @workgroup_size(8, 8)
 fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
+#endif
     // One pixel of the block, or all of them in as many layers, from this phase on.
     let phase_of_block = (frame.phase + id.z) % (frame.stride * frame.stride);
     let pixel = id.xy * frame.stride + block_pixel(phase_of_block);
@@ -194,14 +268,14 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
                     let along = rotate(turn, dir) * (step / radius);
                     let copy = copy_for(radius * pixels / max(length(centre), radius), optical_radius);
                     let march = march_from(shape, rotate(turn, a_place) - first * along, along, copy);
-                    low_tau *= densities(march, 0.5 * (low_first + low_last), low_last > low_first);
-                    high_tau *= densities(march, 0.5 * (high_first + high_last), high_last > high_first);
-                    lookups += u32(ceil(last) - floor(first));
+                    low_tau *= densities_at(march, 0.5 * (low_first + low_last), low_last > low_first);
+                    high_tau *= densities_at(march, 0.5 * (high_first + high_last), high_last > high_first);
+                    lookups += u32(min(ceil(last), BINS) - floor(first));
                 }
                 let below = lights[index].ambient_below;
                 let alone = below.w;
                 if alone > 0.0 {
-                    let scattered = scattering_source((span.near * dir - centre) / radius, dir, sun, optical_radius / frame.delta_scale);
+                    let scattered = source_at((span.near * dir - centre) / radius, dir, sun, optical_radius / frame.delta_scale);
                     let own = alone * (scattered.x * phase_once + scattered.y) * exp(-lights[index].ambient_above.w);
                     own_low += own * low_tau;
                     own_high += own * high_tau;
@@ -221,9 +295,9 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
             cut = cut || !(added || entry >= end);
             if matter_sum > 0.0 {
                 var seen = vec4(0.0);
-                var front = sun_depth(begin * dir);
+                var front = depth_at(begin * dir);
                 var pair_back = front;
-                let last_back = sun_depth(stop * dir);
+                let last_back = depth_at(stop * dir);
                 // Where the block's light comes from, on the way to the sun and to the eye.
                 let deep = mean_scatter_fraction(matter_sum);
                 let path = frame.halo_share * (mix(front, last_back, deep) + deep * matter_sum - log(max(transmittance, DARK)));
@@ -239,7 +313,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
                         let ahead = (begin + f32(bin + 2u) * step) * dir;
                         pair_back = last_back;
                         if bin + 2u < u32(BINS) {
-                            pair_back = sun_depth(ahead);
+                            pair_back = depth_at(ahead);
                         }
                         // Two bins see the light field where their light comes from: exact for light that
                         // changes evenly along the ray, however dense they are.
@@ -248,7 +322,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
                         let far_light = (1.0 - near_light) * opacity(next_tau);
                         if near_light + far_light > LEAST_LIGHT {
                             let within = (near_light * mean_scatter_fraction(tau) + far_light * (1.0 + mean_scatter_fraction(next_tau))) / (near_light + far_light);
-                            seen = scattered_light((begin + (f32(bin) + within) * step) * dir - frame.grid_shift.xyz);
+                            seen = field_at((begin + (f32(bin) + within) * step) * dir - frame.grid_shift.xyz);
                         }
                     }
                     let back = select(pair_back, 0.5 * (front + pair_back), (bin & 1u) == 0u);

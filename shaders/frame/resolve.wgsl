@@ -54,18 +54,15 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
             ground = ground_distance(dir);
         }
         let surface = opaque_distance(id.xy);
-        if surface < NOWHERE && !(ground >= 0.0 && ground < surface) {
-            let sunlit = textureLoad(opaque_sunlit, min(id.xy, textureDimensions(opaque_sunlit) - 1u), 0).rgb;
+        let is_surface = (surface < NOWHERE) & !((ground >= 0.0) & (ground < surface));
+        let end = select(ground, surface, is_surface);
+        if end >= 0.0 {
+            let sunlight = sun_visibility(dir * end);
             let shaded = textureLoad(opaque_radiance, min(id.xy, textureDimensions(opaque_radiance) - 1u), 0).rgb;
-            behind = shaded + sunlit * sun_visibility(dir * surface);
+            let sunlit = textureLoad(opaque_sunlit, min(id.xy, textureDimensions(opaque_sunlit) - 1u), 0).rgb;
+            behind = select(ground_radiance(dir, end, sunlight), shaded + sunlit * sunlight, is_surface);
             if has_air {
-                let air = air_between(dir, surface);
-                behind = behind * air.transmittance + air.inscatter;
-            }
-        } else if ground >= 0.0 {
-            behind = ground_radiance(dir, ground, sun_visibility(dir * ground));
-            if has_air {
-                let air = air_between(dir, ground);
+                let air = air_between(dir, end);
                 behind = behind * air.transmittance + air.inscatter;
             }
         } else {

@@ -1,6 +1,6 @@
 // Tile lists: for each tile of a picture (the screen's, the sun's) the particles
-// that touch it, in sorted order, but for those behind all that is opaque in it. Two levels: bins of 8x8 tiles first, so that a tile walks its
-// bin's list and not all particles. Twin: src/frame/cpu/tile_lists.rs.
+// that touch it, in sorted order, but for those behind all that is opaque in it (LIMITED). Two levels: bins of 8x8 tiles
+// first, so that a tile walks its bin's list and not all particles. Twin: src/frame/cpu/tile_lists.rs.
 //
 // Workgroup contract: one invocation owns one (bin, chunk of sorted particles) in the bin
 // passes, one tile in the tile passes. Each level counts, is scanned, then writes: the order in a
@@ -25,11 +25,14 @@ struct ListUniforms {
 @group(0) @binding(5) var<storage, read> bin_offsets: array<u32>;
 @group(0) @binding(6) var<storage, read_write> bin_entries: array<u32>;
 @group(0) @binding(7) var<storage, read_write> tile_entries: array<u32>;
+#ifdef LIMITED
 @group(0) @binding(8) var<storage, read> nearest: array<u32>; // keys of particles, as the limits'
-@group(0) @binding(9) var tile_limits: texture_2d<u32>;       // keys beyond which a tile lists nothing; one texel where that is nowhere
+@group(0) @binding(9) var tile_limits: texture_2d<u32>;       // keys beyond which a tile lists nothing
 @group(0) @binding(10) var bin_limits: texture_2d<u32>;
+#endif
 
 const BIN: u32 = 8u; // tiles a side
+const NO_LIMIT: u32 = 0xffffffffu;
 
 fn touches(rectangle: vec2<u32>, first: vec2<u32>, last: vec2<u32>) -> bool {
     let low = vec2(rectangle.x & 0xffffu, rectangle.x >> 16u);
@@ -38,11 +41,27 @@ fn touches(rectangle: vec2<u32>, first: vec2<u32>, last: vec2<u32>) -> bool {
 }
 
 fn limit_of_tile(tile: vec2<u32>) -> u32 {
-    return textureLoad(tile_limits, min(tile, textureDimensions(tile_limits) - 1u), 0).r;
+#ifdef LIMITED
+    return textureLoad(tile_limits, tile, 0).r;
+#else
+    return NO_LIMIT;
+#endif
 }
 
 fn limit_of_bin(bin: vec2<u32>) -> u32 {
-    return textureLoad(bin_limits, min(bin, textureDimensions(bin_limits) - 1u), 0).r;
+#ifdef LIMITED
+    return textureLoad(bin_limits, bin, 0).r;
+#else
+    return NO_LIMIT;
+#endif
+}
+
+fn is_before(particle: u32, limit: u32) -> bool {
+#ifdef LIMITED
+    return nearest[particle] <= limit;
+#else
+    return true;
+#endif
 }
 
 @compute @workgroup_size(64)
@@ -58,7 +77,7 @@ fn count_bins(@builtin(global_invocation_id) id: vec3<u32>) {
     var found = 0u;
     for (var i = begin; i < end; i++) {
         let particle = order[i];
-        found += select(0u, 1u, touches(rectangles[particle], first, first + BIN) && nearest[particle] <= limit);
+        found += select(0u, 1u, touches(rectangles[particle], first, first + BIN) && is_before(particle, limit));
     }
     counts[id.x] = found;
 }
@@ -76,7 +95,7 @@ fn write_bins(@builtin(global_invocation_id) id: vec3<u32>) {
     var slot = bin_offsets[id.x];
     for (var i = begin; i < end; i++) {
         let particle = order[i];
-        if touches(rectangles[particle], first, first + BIN) && nearest[particle] <= limit {
+        if touches(rectangles[particle], first, first + BIN) && is_before(particle, limit) {
             if slot < params.bin_capacity {
                 bin_entries[slot] = particle;
             }
@@ -104,7 +123,7 @@ const TURN_ENTRIES: u32 = 16u;
 
 // Whether a particle is in a tile's list.
 fn is_in(particle: u32, tile: vec2<u32>, limit: u32) -> bool {
-    return touches(rectangles[particle], tile, tile + 1u) && nearest[particle] <= limit;
+    return touches(rectangles[particle], tile, tile + 1u) && is_before(particle, limit);
 }
 
 // 1 where the bin's entry at this place, before its end, is in the tile's list.

@@ -11,7 +11,8 @@ pub const FPS: f64 = 10.0;
 
 /// Scenes and the path that ship, built in: the bench measures the same everywhere.
 pub const CUMULUS: &str = include_str!("../../scenes/cumulus.toml");
-const FLIGHT: &str = include_str!("../../scenes/flight.toml");
+/// Among the tops.
+pub const FLIGHT: &str = include_str!("../../scenes/flight.toml");
 const SUNSET: &str = include_str!("../../scenes/sunset.toml");
 const THROUGH: &str = include_str!("../../scenes/paths/through.toml");
 
@@ -54,7 +55,7 @@ impl Case {
 }
 
 /// A built-in scene by its file's name.
-fn built_in(name: &str, text: &str) -> Result<Scene> {
+pub fn built_in(name: &str, text: &str) -> Result<Scene> {
     Scene::from_toml(text, &format!("the built-in {name}"), Path::new(""))
 }
 

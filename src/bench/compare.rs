@@ -54,11 +54,16 @@ pub fn of_runs(old: &Run, new: &Run, draw: Draw) -> Vec<Ratio> {
         true => format!("{} {}", old.case, old.preset),
         false => format!("{} {} to {}", old.case, old.preset, new.preset),
     };
+    of_times(&case, old, new, draw)
+}
+
+/// Ratios of any two runs under a name.
+pub fn of_times(case: &str, old: &Run, new: &Run, draw: Draw) -> Vec<Ratio> {
     let times = |run: &Run, of: &dyn Fn(&Frame) -> Option<f64>| -> Vec<f64> {
         run.frames.iter().filter_map(of).collect()
     };
     let one = |what: &str, of: &dyn Fn(&Frame) -> Option<f64>| {
-        ratio(&case, what, &times(old, of), &times(new, of), draw)
+        ratio(case, what, &times(old, of), &times(new, of), draw)
     };
     let passes = old.passes.iter().filter_map(|pass| {
         let ms = |frame: &Frame| {

@@ -190,7 +190,8 @@ fn renderer_for<'r>(
     Ok(subject)
 }
 
-fn march_pass(
+/// A marcher for a subject's frames of a scene.
+pub(super) fn march_pass(
     gpu: &Gpu,
     scene: &Scene,
     subject: &Subject,

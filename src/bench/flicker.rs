@@ -62,18 +62,23 @@ pub fn residual(
     size: [u32; 2],
     window: Window,
 ) -> (Option<f64>, usize) {
-    let pixels = followed(before, after, size, window);
-    let (mut square, mut sum) = (0.0, 0.0);
-    for Followed { pixel, corners, shares } in &pixels {
-        let seen: DVec4 = (0..4).map(|i| before.radiance[corners[i]] * shares[i]).sum();
-        let off = (after.radiance[*pixel] - seen).truncate();
-        square += off.length_squared() / 3.0;
-        sum += after.radiance[*pixel].truncate().element_sum() / 3.0;
-    }
+    let pixels = residuals(before, after, size, window);
+    let (square, sum) = pixels.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0, sum.1 + p.1));
     let count = pixels.len() as f64;
     let mean = sum / count.max(1.0);
     let share = (mean > 0.0).then(|| (square / count).sqrt() / mean);
     (share, pixels.len())
+}
+
+/// The same pixel by pixel: mean square over red, green and blue, and what the later frame shows, their mean.
+pub fn residuals(before: &Seen, after: &Seen, size: [u32; 2], window: Window) -> Vec<(f64, f64)> {
+    let of = |Followed { pixel, corners, shares }: Followed| {
+        let seen: DVec4 = (0..4).map(|i| before.radiance[corners[i]] * shares[i]).sum();
+        let light = after.radiance[pixel];
+        let off = (light - seen).truncate();
+        (off.length_squared() / 3.0, light.truncate().element_sum() / 3.0)
+    };
+    followed(before, after, size, window).into_iter().map(of).collect()
 }
 
 /// The pixels of the earlier frame around a point, and their shares, where it shows that point.

@@ -22,8 +22,11 @@ pub struct Bench {
     pub curves: Vec<Curve>,
     /// What frames of a flight owe to the frames before them.
     pub motion: Vec<Motion>,
-    /// A preset against another, frame by frame in turn.
+    /// A preset against another, frame by frame in turn; or pairs of cases.
     pub against: Vec<Ratio>,
+    /// What borders of rings do to a flight.
+    #[serde(default)]
+    pub popping: Vec<Popping>,
 }
 
 /// Where a bench ran.
@@ -263,6 +266,32 @@ pub struct TracedFlicker {
     pub pixels: usize,
     /// Pairs of paths for each.
     pub pairs: u32,
+}
+
+/// Residuals between the frames of a straight flight, with and without cross-fade between rings.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Popping {
+    /// Name of the case.
+    pub case: String,
+    /// Name of the preset.
+    pub preset: String,
+    /// Pairs of frames.
+    pub frames: u32,
+    /// Rings fade into each other, as they do.
+    pub fading: Residual,
+    /// Rings end at once.
+    pub at_once: Residual,
+}
+
+/// What is left between frames along the clouds' motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Residual {
+    /// RMS over the mean.
+    pub rms: f64,
+    /// 99.9 % of the pixels are off by less, over the mean.
+    pub most: f64,
+    /// Pixels of all pairs that were followed.
+    pub pixels: usize,
 }
 
 /// A ratio of two run times with its noise.

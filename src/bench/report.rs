@@ -52,6 +52,7 @@ pub fn html(bench: &Bench) -> Result<String> {
     }
     page.push_str(&motion_section(bench));
     page.push_str(&against_section(bench));
+    page.push_str(&popping_section(bench));
     page.push_str("</body></html>\n");
     Ok(page)
 }
@@ -199,6 +200,28 @@ fn against_section(bench: &Bench) -> String {
         .collect();
     let head = ["", "first ms", "second ms", "ratio", "95 %"];
     format!("<h2>One against another</h2>{}", table(&head, &rows))
+}
+
+fn popping_section(bench: &Bench) -> String {
+    if bench.popping.is_empty() {
+        return String::new();
+    }
+    let percent = |v: f64| format!("{:.3} %", 100.0 * v);
+    let rows: Vec<_> = bench
+        .popping
+        .iter()
+        .map(|p| {
+            let name = format!("{} {}, {} pairs of frames", p.case, p.preset, p.frames);
+            let [fading, at_once] = [p.fading, p.at_once];
+            let all = [fading.rms, fading.most, at_once.rms, at_once.most];
+            std::iter::once(name).chain(all.map(percent)).collect()
+        })
+        .collect();
+    let head =
+        ["", "rings fade: RMS", "99.9 % of pixels below", "rings end at once: RMS", "99.9 % below"];
+    let told =
+        "<p>What is left between two frames of a straight flight, along the clouds' motion.</p>";
+    format!("<h2>Popping</h2>{told}{}", table(&head, &rows))
 }
 
 /// A plot that is scrolled where the window is narrow.

@@ -82,13 +82,13 @@ pub struct Flight {
     pub frames: u32,
 }
 
-/// Flies a case with several renderers, frame by frame in turn: what the machine does meanwhile
+/// Flies cases with a renderer each, frame by frame in turn: what the machine does meanwhile
 /// meets them all alike. `step` hears of every frame.
 ///
 /// Wall time is taken without timing passes, which on a software driver takes a wait for each; a
-/// second flight over the same frames takes the times of the passes.
+/// second flight over the same frames takes the times of the passes. As many cases as renderers are expected.
 pub fn fly(
-    case: &Case,
+    cases: &[&Case],
     subjects: &mut [Subject],
     flight: &Flight,
     step: &mut dyn FnMut(),
@@ -106,6 +106,7 @@ pub fn fly(
         }
         for index in 0..all {
             for (at, subject) in subjects.iter_mut().enumerate() {
+                let case = cases[at];
                 let (stats, times) = frame(&mut subject.renderer, case, flight.size, index)?;
                 if index == 0 && !timing {
                     first[at] = times.wall_ms;
@@ -123,7 +124,8 @@ pub fn fly(
         .iter()
         .zip(frames)
         .zip(first)
-        .map(|((subject, frames), first_ms)| summed(case, subject, frames, first_ms))
+        .zip(cases)
+        .map(|(((subject, frames), first_ms), case)| summed(case, subject, frames, first_ms))
         .collect()
 }
 

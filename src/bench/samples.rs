@@ -57,6 +57,7 @@ pub fn bench(case: &str, wall: &[f64]) -> Bench {
         curves,
         motion: Vec::new(),
         against: Vec::new(),
+        popping: Vec::new(),
     }
 }
 

@@ -1,5 +1,7 @@
 //! A whole bench: cases, curves, motion.
 
+mod ratios;
+
 use std::path::{Path, PathBuf};
 
 use super::cases::{self, Case, FPS, Motion};
@@ -40,6 +42,8 @@ pub struct Order {
     pub set: Vec<Setting>,
     /// Pixels and frames.
     pub flight: Flight,
+    /// Only ratios of pairs of cases, and popping.
+    pub ratios: bool,
     /// Fewer points, one scene, and no limits that take long.
     pub quick: bool,
     /// Where path-traced references lie.
@@ -90,9 +94,16 @@ impl Order {
 
     /// Measures everything. `tables` hold what the scenes need.
     pub fn run(&self, gpu: &Gpu, tables: &TableSet, listener: &mut dyn Listener) -> Result<Bench> {
-        let (runs, against) = self.fly_cases(gpu, tables, listener)?;
-        let curves = self.curves(gpu, tables, listener)?;
-        let motion = self.motion(gpu, tables, listener)?;
+        let (mut runs, mut curves, mut motion, mut popping) = Default::default();
+        let against;
+        if self.ratios {
+            against = self.pairs(gpu, tables, listener)?;
+            popping = self.popping(gpu, tables, listener)?;
+        } else {
+            (runs, against) = self.fly_cases(gpu, tables, listener)?;
+            curves = self.curves(gpu, tables, listener)?;
+            motion = self.motion(gpu, tables, listener)?;
+        }
         Ok(Bench {
             schema: SCHEMA,
             machine: Machine::of(gpu),
@@ -109,6 +120,7 @@ impl Order {
             curves,
             motion,
             against,
+            popping,
         })
     }
 
@@ -143,7 +155,8 @@ impl Order {
                 for preset in [Some(*preset), other].into_iter().flatten() {
                     subjects.push(self.subject(gpu, tables, &case.scene, preset)?);
                 }
-                let found = fly(case, &mut subjects, &self.flight, &mut || listener.step())?;
+                let same = vec![case; subjects.len()];
+                let found = fly(&same, &mut subjects, &self.flight, &mut || listener.step())?;
                 if let [first, second] = &found[..] {
                     against.extend(of_runs(first, second, Draw::InPairs));
                 }

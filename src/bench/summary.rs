@@ -31,6 +31,11 @@ impl Bench {
                 add("algorithm", point.algorithm);
             }
         }
+        for popping in &self.popping {
+            let name = format!("{}:{}", word(&popping.case), popping.preset);
+            words.push(format!("{name}_popping={:.6}", popping.fading.rms));
+            words.push(format!("{name}_popping_at_once={:.6}", popping.at_once.rms));
+        }
         words.join(" ")
     }
 

@@ -43,6 +43,11 @@ pub struct BenchArgs {
     /// Few frames, one scene, and what of it takes less than two minutes on a software driver
     #[arg(long)]
     pub quick: bool,
+    /// In place of the cases: how much longer the blend takes than its look-ups alone, ray marchers than the frame at equal
+    /// error, frames with one more ring, with ten times the particles, with clouds out of view than without any, and when
+    /// nothing changes; and what borders of rings do to a straight flight
+    #[arg(long, conflicts_with_all = ["scene", "against", "readme", "more_tables", "spp", "flicker_pairs"])]
+    pub ratios: bool,
     /// A preset that takes turns with the first, frame by frame; the ratio is told with its noise
     #[arg(long, value_enum, value_name = "PRESET")]
     pub against: Option<Preset>,
@@ -72,7 +77,7 @@ pub struct BenchArgs {
     pub readme: Option<PathBuf>,
     /// Measure nothing, but set one bench.json against another: ratios with their noise
     #[arg(long, value_names = ["OLD.json", "NEW.json"], num_args = 2,
-        conflicts_with_all = ["scene", "preset", "size", "warmup", "frames", "quick", "against",
+        conflicts_with_all = ["scene", "preset", "size", "warmup", "frames", "quick", "ratios", "against",
             "set", "spp", "flicker_pairs", "tables", "more_tables", "readme", "out", "references"])]
     pub compare: Option<Vec<PathBuf>>,
 }
@@ -172,6 +177,7 @@ fn order(args: &BenchArgs) -> Result<Order> {
             warmup: args.warmup.unwrap_or(quick(1, 2)),
             frames: args.frames.unwrap_or(quick(3, 32)),
         },
+        ratios: args.ratios,
         quick: args.quick,
         references: args.references.clone(),
         spp: args.spp,

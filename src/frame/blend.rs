@@ -1,17 +1,23 @@
 //! Blend: each pixel marches through its tile's particles, near to far, and composes them volume-aware.
 
+use super::blend_areas::{AREA, AreasInputs, AreasJob, BlendAreas};
 use super::picture_lists::PictureLists;
 use super::settings::Quality;
 use super::shadow::ShadowJob;
 use crate::Result;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary};
 
-/// Sides of a workgroup, pixels or blocks of them; as in the shader.
-const WORKGROUP: u32 = 8;
-
 /// The pipeline.
 pub struct BlendPass {
     kernel: Kernel,
+    /// Where there is something to do; none where it goes over the whole picture.
+    areas: Option<BlendAreas>,
+}
+
+/// What the pass is bound to.
+pub struct BlendJob {
+    bindings: wgpu::BindGroup,
+    areas: Option<AreasJob>,
 }
 
 /// What the blend reads.
@@ -30,7 +36,8 @@ pub struct BlendInputs<'a> {
     pub shadow: &'a ShadowJob,
     /// Distances of what is opaque, m.
     pub opaque: &'a wgpu::TextureView,
-    /// Words: table look-ups, pixels in tiles with particles, tiles without, pixels whose march was cut.
+    /// Words: table look-ups, pixels in tiles with particles, tiles without, pixels whose march was cut; then the areas
+    /// with particles.
     pub counts: &'a wgpu::Buffer,
 }
 
@@ -42,7 +49,8 @@ impl BlendPass {
         quality: &Quality,
         groups: &[&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
-        Self::with(gpu, library, quality, &[], groups)
+        let areas = Some(BlendAreas::new(gpu, library, quality.tile)?);
+        Ok(Self { areas, ..Self::with(gpu, library, quality, &[("LISTED", 1)], groups)? })
     }
 
     /// The same, but it writes the number of its steps and look-ups in place of the clouds' distance.
@@ -55,6 +63,16 @@ impl BlendPass {
         Self::with(gpu, library, quality, &[("COUNT_STEPS", 1)], groups)
     }
 
+    /// The same, but it writes where it looks things up behind its counts (see the shader).
+    pub fn recording(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        quality: &Quality,
+        groups: &[&wgpu::BindGroupLayout; 3],
+    ) -> Result<Self> {
+        Self::with(gpu, library, quality, &[("RECORD", 1)], groups)
+    }
+
     fn with(
         gpu: &Gpu,
         library: &ShaderLibrary,
@@ -64,7 +82,7 @@ impl BlendPass {
     ) -> Result<Self> {
         let file = crate::shader_file!("frame/blend.wgsl");
         let defs = [&[("STEPS", quality.steps), ("SCREEN_TILE", quality.tile)], more].concat();
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, groups)? })
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, groups)?, areas: None })
     }
 
     /// Binds inputs, and the textures it writes: clouds, distance.
@@ -73,8 +91,8 @@ impl BlendPass {
         gpu: &Gpu,
         inputs: &BlendInputs<'_>,
         [clouds, distance]: [&wgpu::TextureView; 2],
-    ) -> wgpu::BindGroup {
-        self.kernel.bind(
+    ) -> BlendJob {
+        let bindings = self.kernel.bind(
             gpu,
             &[
                 inputs.frame.as_entire_binding(),
@@ -90,24 +108,47 @@ impl BlendPass {
                 inputs.shadow.uniforms.as_entire_binding(),
                 inputs.shadow.texels.as_entire_binding(),
             ],
-        )
+        );
+        let areas = self.areas.as_ref().map(|areas| {
+            let (frame, tile_offsets) = (inputs.frame, &inputs.lists.lists.tile_offsets);
+            let (counts, targets) = (inputs.counts, [clouds, distance]);
+            areas.job(gpu, &AreasInputs { frame, tile_offsets, counts, targets })
+        });
+        BlendJob { bindings, areas }
     }
 
     /// Records the pass over blocks of pixels: columns, rows, and how many pixels of each.
     pub fn encode(
         &self,
+        gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         blocks: [u32; 3],
-        bindings: &wgpu::BindGroup,
+        job: &BlendJob,
         groups: [&wgpu::BindGroup; 3],
     ) {
+        let areas = self.areas.as_ref().zip(job.areas.as_ref());
+        if let Some((areas, job)) = areas {
+            areas.encode(gpu, pass, blocks, job);
+        }
         pass.set_pipeline(self.kernel.pipeline("blend"));
-        pass.set_bind_group(0, bindings, &[]);
+        pass.set_bind_group(0, &job.bindings, &[]);
         for (index, group) in (1..).zip(groups) {
             pass.set_bind_group(index, group, &[]);
         }
-        let [columns, rows, pixels] = blocks;
-        let [width, height] = [columns, rows].map(|s| s.div_ceil(WORKGROUP));
-        pass.dispatch_workgroups(width, height, pixels);
+        match areas {
+            Some((_, job)) => pass.dispatch_workgroups_indirect(job.groups(), 0),
+            None => {
+                let [columns, rows, pixels] = blocks;
+                let [width, height] = [columns, rows].map(|s| s.div_ceil(AREA));
+                pass.dispatch_workgroups(width, height, pixels);
+            }
+        }
+    }
+}
+
+impl BlendJob {
+    /// Arguments of the dispatch, where the device counts them.
+    pub fn groups(&self) -> Option<&wgpu::Buffer> {
+        self.areas.as_ref().map(AreasJob::groups)
     }
 }

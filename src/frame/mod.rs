@@ -2,6 +2,7 @@
 //! rings → project → sort → tile lists → light → shadow → blend → resolve → tone map.
 
 pub mod blend;
+pub mod blend_areas;
 pub mod changes;
 pub mod composer;
 pub mod cpu;

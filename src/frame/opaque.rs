@@ -165,6 +165,8 @@ pub struct OpaquePass {
 pub struct OpaqueJob {
     /// Along every pixel's ray, m.
     pub distances: wgpu::TextureView,
+    /// Whether there is something opaque, at which lists end.
+    pub is_some: bool,
     /// Of the farthest pixel of every tile and of every bin of tiles, as keys of the lists.
     pub limits: [wgpu::TextureView; 2],
     /// Stands for radiance that nobody gave.
@@ -216,7 +218,7 @@ impl OpaqueJob {
     /// Makes the textures for a picture with opaque things, and so many tiles.
     pub fn new(gpu: &Gpu, size: [u32; 2], tiles: [u32; 2]) -> Self {
         let bins = tiles.map(|s| s.div_ceil(WORKGROUP));
-        Self::with(gpu, [size, tiles, bins])
+        Self { is_some: true, ..Self::with(gpu, [size, tiles, bins]) }
     }
 
     /// Stands for nothing opaque.
@@ -259,7 +261,7 @@ impl OpaqueJob {
             [texture("limits of tiles", tiles, keys), texture("limits of bins", bins, keys)];
         let black = texture("no radiance", [1; 2], wgpu::TextureFormat::Rgba32Float);
         let uniforms = buffers::uniform(gpu, "opaque", &OpaqueUniforms::zeroed());
-        Self { distances, limits, black, uniforms, bins, bytes }
+        Self { distances, is_some: false, limits, black, uniforms, bins, bytes }
     }
 
     /// Radiance of what is opaque, and what sunlight adds: of the host, or nothing.

@@ -4,7 +4,7 @@
 use super::opaque::OpaqueJob;
 use super::scan::ScanPass;
 use super::sort::{SortJob, SortPass};
-use super::tile_lists::{ListInputs, ListSize, TileListPass, TileLists};
+use super::tile_lists::{ListInputs, ListLimits, ListSize, TileListPass, TileLists};
 use crate::Result;
 use crate::gpu::{Gpu, Kernel, ShaderFile, ShaderLibrary, buffers};
 
@@ -82,8 +82,6 @@ pub enum Projection<'a> {
     Light {
         /// The view's uniforms.
         view: &'a wgpu::Buffer,
-        /// Stands for nothing opaque.
-        opaque: &'a OpaqueJob,
     },
 }
 
@@ -103,13 +101,15 @@ impl PictureLists {
         let sort = passes.sort.job(gpu, &passes.scan, size.particles);
         let rectangles =
             buffers::storage(gpu, "rectangles", size.particles as usize, 2 * size_of::<u32>());
-        // A light's lists have no limits, and so need no keys.
-        let nearest = match projection {
-            Projection::Screen { .. } => {
-                Some(buffers::storage(gpu, "nearest", size.particles as usize, size_of::<u32>()))
-            }
+        // Of what is opaque on screen; a light's lists have no limits.
+        let opaque = match projection {
+            Projection::Screen { opaque, .. } => Some(*opaque),
             Projection::Light { .. } => None,
         };
+        let nearest = opaque.map(|opaque| {
+            let key = buffers::storage(gpu, "nearest", size.particles as usize, size_of::<u32>());
+            (key, &opaque.limits, opaque.is_some)
+        });
         let shared = [
             particles.as_entire_binding(),
             sort.keys.as_entire_binding(),
@@ -118,17 +118,18 @@ impl PictureLists {
             particle_count.as_entire_binding(),
         ];
         let mut resources = vec![frame.as_entire_binding()];
-        if let Projection::Light { view, .. } = projection {
+        if let Projection::Light { view } = projection {
             resources.push(view.as_entire_binding());
         }
         resources.extend(shared);
-        let (Projection::Screen { opaque, .. } | Projection::Light { opaque, .. }) = projection;
-        if let (Projection::Screen { visible, .. }, Some(nearest)) = (projection, &nearest) {
+        if let (Projection::Screen { visible, .. }, Some((nearest, limits, _))) =
+            (projection, &nearest)
+        {
             resources.push(visible.as_entire_binding());
             resources.push(nearest.as_entire_binding());
-            let limits = opaque.limits.iter();
-            resources.extend(limits.map(wgpu::BindingResource::TextureView));
+            resources.extend(limits.iter().map(wgpu::BindingResource::TextureView));
         }
+        let limits = nearest.as_ref().filter(|(_, _, is_some)| *is_some);
         let inputs = ListInputs {
             lengths: match projection {
                 Projection::Screen { visible, .. } => visible,
@@ -137,13 +138,12 @@ impl PictureLists {
             length_index: 0,
             order: &sort.values,
             rectangles: &rectangles,
-            nearest: nearest.as_ref().unwrap_or(&rectangles),
-            limits: &opaque.limits,
+            limits: limits.map(|(nearest, keys, _)| ListLimits { nearest, keys }),
         };
         let lists = passes.tile_lists.lists(gpu, &passes.scan, size, &inputs);
         let bytes = sort.bytes()
             + rectangles.size()
-            + nearest.as_ref().map_or(0, wgpu::Buffer::size)
+            + nearest.as_ref().map_or(0, |(keys, ..)| keys.size())
             + lists.bytes();
         Self {
             project: project.kernel.bind(gpu, &resources),

@@ -1,6 +1,7 @@
 //! The buffers and bind groups of a frame, for one picture size and one set of capacities.
 
-use super::blend::BlendInputs;
+use super::blend::{BlendInputs, BlendJob};
+use super::blend_areas::area_words;
 use super::gpu_data::{FrameUniforms, LightView, Particle, ParticleLight};
 use super::light::{LightJob, view_buffer};
 use super::light_grid::GridRoom;
@@ -103,12 +104,12 @@ pub struct Resources {
     pub light: LightResources,
     /// Binding of the shadow pass.
     pub shadow_bindings: wgpu::BindGroup,
-    /// Counts of the blend: look-ups, pixels, empty tiles.
+    /// Counts of the blend: look-ups, pixels, empty tiles; then where it has something to do.
     pub blend_counts: wgpu::Buffer,
     /// Binding of the blend, to the pixels.
-    pub blend_bindings: wgpu::BindGroup,
+    pub blend_bindings: BlendJob,
     /// The last frame's pixels and the blend's binding to blocks, where blocks are more than a pixel.
-    pub reuse: Option<(ReuseJob, wgpu::BindGroup)>,
+    pub reuse: Option<(ReuseJob, BlendJob)>,
     /// Binding of the resolve.
     pub resolve_bindings: wgpu::BindGroup,
     /// Binding of the tone map.
@@ -117,7 +118,7 @@ pub struct Resources {
     pub targets: Targets,
 }
 
-/// Words of `blend_counts`.
+/// Words of `blend_counts` that count.
 pub const BLEND_COUNTS: usize = 4;
 
 impl Resources {
@@ -140,7 +141,6 @@ impl Resources {
         let rings = (layout.columns > 0).then(|| {
             passes.rings.job(gpu, &passes.lists.scan, layout.columns, &particles, &particle_count)
         });
-        let nothing = OpaqueJob::none(gpu);
         let opaque = if layout.has_opaque {
             OpaqueJob::new(gpu, layout.size, layout.tiles())
         } else {
@@ -173,7 +173,7 @@ impl Resources {
                 &frame,
                 &particles,
                 &particle_count,
-                &Projection::Light { view: &view, opaque: &nothing },
+                &Projection::Light { view: &view },
             );
             let job = passes.light.job(
                 gpu,
@@ -190,7 +190,8 @@ impl Resources {
         let shadow_bindings =
             passes.shadow.bind(gpu, shadow, &frame, &light.view, &particles, &light.lists);
         let targets = Targets::new(gpu, layout.size);
-        let blend_counts = buffers::storage(gpu, "blend counts", BLEND_COUNTS, size_of::<u32>());
+        let words = BLEND_COUNTS + area_words(layout.size.map(|s| s.div_ceil(layout.stride)));
+        let blend_counts = buffers::storage(gpu, "blend counts", words, size_of::<u32>());
         let inputs = BlendInputs {
             frame: &frame,
             phase,

@@ -21,6 +21,8 @@ const WORKGROUP: u32 = 64;
 const MOST_OCTAVES: u32 = 6;
 /// Share of a ring's reach over which it fades into the next.
 const FADE_SHARE: f64 = 0.3;
+/// Share of the distance within which a ring ends at once: eight steps of f32.
+const SUDDEN: f32 = 8.0 * f32::EPSILON;
 /// Draws from the coverage noise for its quantiles: the standard error of the coverage is then
 /// below 0.4 %.
 const QUANTILE_DRAWS: u32 = 16384;
@@ -175,6 +177,19 @@ impl PlacedField {
         let uniforms = uniforms(field, camera, time, shapes, first_slot, capacity);
         let weather = field.weather.as_ref().map(|map| Weather::new(map, uniforms.octaves));
         Self { uniforms, weather }
+    }
+}
+
+impl PlacedField {
+    /// Lets rings end in the middle of the zones in which they fade into each other.
+    pub(super) fn end_at_once(&mut self) {
+        let mut before = self.uniforms.ring[0].fade_in;
+        for ring in self.uniforms.ring.iter_mut().take(self.uniforms.rings as usize) {
+            let middle = 0.5 * (ring.fade_out[0] + ring.fade_out[1]);
+            ring.fade_in = before;
+            ring.fade_out = [middle, middle * (1.0 + SUDDEN)];
+            before = ring.fade_out;
+        }
     }
 }
 

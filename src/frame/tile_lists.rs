@@ -25,6 +25,8 @@ pub const LENGTHS: u64 = 2;
 /// The pipelines.
 pub struct TileListPass {
     kernel: Kernel,
+    /// For lists that end at what is opaque: the others need not know of it.
+    limited: Kernel,
 }
 
 /// How large the lists of one picture may be.
@@ -52,6 +54,7 @@ pub struct TileLists {
     size: ListSize,
     bins: u32,
     chunks: u32,
+    is_limited: bool,
     bin_bindings: wgpu::BindGroup,
     tile_count_bindings: wgpu::BindGroup,
     tile_write_bindings: wgpu::BindGroup,
@@ -70,17 +73,27 @@ pub struct ListInputs<'a> {
     pub order: &'a wgpu::Buffer,
     /// First tile and one past the last, x in the low half, per particle.
     pub rectangles: &'a wgpu::Buffer,
+    /// Where lists end at what is opaque.
+    pub limits: Option<ListLimits<'a>>,
+}
+
+/// Where lists end.
+#[derive(Clone, Copy)]
+pub struct ListLimits<'a> {
     /// Keys of particles, per particle.
     pub nearest: &'a wgpu::Buffer,
-    /// Keys beyond which a tile, and a bin of tiles, lists nothing: a texel each, or one where that is nowhere.
-    pub limits: &'a [wgpu::TextureView; 2],
+    /// Keys beyond which a tile, and a bin of tiles, lists nothing: a texel each.
+    pub keys: &'a [wgpu::TextureView; 2],
 }
 
 impl TileListPass {
     /// Compiles the pass.
     pub fn new(gpu: &Gpu, library: &ShaderLibrary) -> Result<Self> {
         let file = crate::shader_file!("frame/tile_lists.wgsl");
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[])? })
+        Ok(Self {
+            kernel: Kernel::new(gpu, library, file, &[], &[])?,
+            limited: Kernel::new(gpu, library, file, &[("LIMITED", 1)], &[])?,
+        })
     }
 
     /// Makes the lists of one picture.
@@ -122,22 +135,22 @@ impl TileListPass {
         let tile_offsets = words("tile offsets", tile_count + 1 + LENGTHS as u32);
         let tile_entries = words("tile entries", size.tile_entries);
         let bind = |counts: &wgpu::Buffer| {
-            self.kernel.bind(
-                gpu,
-                &[
-                    params.as_entire_binding(),
-                    inputs.lengths.as_entire_binding(),
-                    inputs.order.as_entire_binding(),
-                    inputs.rectangles.as_entire_binding(),
-                    counts.as_entire_binding(),
-                    bin_offsets.as_entire_binding(),
-                    bin_entries.as_entire_binding(),
-                    tile_entries.as_entire_binding(),
-                    inputs.nearest.as_entire_binding(),
-                    wgpu::BindingResource::TextureView(&inputs.limits[0]),
-                    wgpu::BindingResource::TextureView(&inputs.limits[1]),
-                ],
-            )
+            let buffers = [
+                &params,
+                inputs.lengths,
+                inputs.order,
+                inputs.rectangles,
+                counts,
+                &bin_offsets,
+                &bin_entries,
+                &tile_entries,
+            ];
+            let mut resources = buffers.map(|b| b.as_entire_binding()).to_vec();
+            if let Some(ListLimits { nearest, keys }) = inputs.limits {
+                resources.push(nearest.as_entire_binding());
+                resources.extend(keys.iter().map(wgpu::BindingResource::TextureView));
+            }
+            self.kernel(inputs.limits.is_some()).bind(gpu, &resources)
         };
         let all =
             [&bin_counts, &bin_offsets, &bin_entries, &tile_counts, &tile_offsets, &tile_entries];
@@ -151,6 +164,7 @@ impl TileListPass {
             size,
             bins: bin_count,
             chunks,
+            is_limited: inputs.limits.is_some(),
             tile_offsets,
             tile_entries,
             bin_offsets,
@@ -158,25 +172,30 @@ impl TileListPass {
         }
     }
 
+    fn kernel(&self, is_limited: bool) -> &Kernel {
+        if is_limited { &self.limited } else { &self.kernel }
+    }
+
     /// Records the making of the lists.
     pub fn encode(&self, pass: &mut wgpu::ComputePass<'_>, scan: &ScanPass, lists: &TileLists) {
+        let kernel = self.kernel(lists.is_limited);
         let bin_groups = (lists.bins * lists.chunks).div_ceil(BIN_WORKGROUP);
         let tile_groups = [lists.size.tiles[0].div_ceil(BIN), lists.size.tiles[1].div_ceil(BIN)];
-        pass.set_pipeline(self.kernel.pipeline("count_bins"));
+        pass.set_pipeline(kernel.pipeline("count_bins"));
         pass.set_bind_group(0, &lists.bin_bindings, &[]);
         pass.dispatch_workgroups(bin_groups, 1, 1);
         scan.encode(pass, &lists.bin_scan);
-        pass.set_pipeline(self.kernel.pipeline("write_bins"));
+        pass.set_pipeline(kernel.pipeline("write_bins"));
         pass.set_bind_group(0, &lists.bin_bindings, &[]);
         pass.dispatch_workgroups(bin_groups, 1, 1);
-        pass.set_pipeline(self.kernel.pipeline("count_tiles"));
+        pass.set_pipeline(kernel.pipeline("count_tiles"));
         pass.set_bind_group(0, &lists.tile_count_bindings, &[]);
         pass.dispatch_workgroups(tile_groups[0], tile_groups[1], 1);
         scan.encode(pass, &lists.tile_scan);
-        pass.set_pipeline(self.kernel.pipeline("write_tiles"));
+        pass.set_pipeline(kernel.pipeline("write_tiles"));
         pass.set_bind_group(0, &lists.tile_write_bindings, &[]);
         pass.dispatch_workgroups(tile_groups[0], tile_groups[1], 1);
-        pass.set_pipeline(self.kernel.pipeline("measure"));
+        pass.set_pipeline(kernel.pipeline("measure"));
         pass.dispatch_workgroups(1, 1, 1);
     }
 }

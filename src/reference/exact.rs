@@ -186,12 +186,13 @@ impl<'a> Exact<'a> {
         if ground >= 0.0 { ground } else { f64::INFINITY }
     }
 
+    /// `sun_depth`: from what is behind the clouds.
     fn with_behind(
         &self,
         dir: DVec3,
         clouds: &Composed,
         surface: Option<Surface>,
-        depth: SunDepth<'_>,
+        sun_depth: SunDepth<'_>,
     ) -> ExactPixel {
         let ground = self.far(dir);
         let scale = f64::from(self.inputs.frame.delta_scale);
@@ -199,11 +200,11 @@ impl<'a> Exact<'a> {
         let behind = if clouds.transmittance <= OPAQUE {
             DVec3::ZERO
         } else if let Some(Surface { distance, radiance, sunlit }) = surface {
-            let light = radiance + sunlit * (-depth(dir * distance)).exp();
+            let light = radiance + sunlit * (-sun_depth(dir * distance)).exp();
             let air = self.sky.air_between(dir, distance);
             if self.has_air { light * air.transmittance + air.inscatter } else { light }
         } else if ground.is_finite() {
-            let sunlit = (-depth(dir * ground)).exp();
+            let sunlit = (-sun_depth(dir * ground)).exp();
             let light = self.sky.ground_radiance(dir, ground, sunlit);
             let air = self.sky.air_between(dir, ground);
             light * air.transmittance + air.inscatter

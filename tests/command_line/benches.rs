@@ -117,6 +117,10 @@ fn fields<'a>(value: &'a Value, found: &mut Vec<&'a str>) {
 
 /// Every field is told in docs/bench-schema.md.
 fn check_schema(bench: &Value) {
+    check_fields(bench, 1000);
+}
+
+fn check_fields(bench: &Value, least: usize) {
     const SCHEMA: &str = include_str!("../../docs/bench-schema.md");
     let mut found = Vec::new();
     fields(bench, &mut found);
@@ -124,7 +128,7 @@ fn check_schema(bench: &Value) {
         [format!("`{name}`"), format!("`{name}[]`")].iter().any(|n| SCHEMA.contains(n))
     };
     let missing: Vec<_> = found.iter().filter(|name| !told(name)).collect();
-    assert!(found.len() > 1000 && missing.is_empty(), "{missing:?}");
+    assert!(found.len() > least && missing.is_empty(), "{missing:?}");
 }
 
 #[test]
@@ -172,6 +176,45 @@ fn a_quick_bench_writes_what_the_schema_says() {
     let same = place.works("bench --compare b/bench.json b/bench.json");
     let last = same.out.lines().last().expect("a line");
     assert!(last.contains("slower=0 quicker=0"), "{last}");
+}
+
+/// Ratios of pairs of cases, and what borders of rings do; how much, is not to be seen in so few pixels.
+#[test]
+fn ratios_and_popping_in_place_of_the_cases() {
+    let place = Place::new();
+    let run = place.works(&format!("{TINY} --ratios"));
+    let bench = json(&place, "b/bench.json");
+    assert!(["runs", "curves", "motion"].iter().all(|part| bench[part] == serde_json::json!([])));
+    check_fields(&bench, 100);
+    let against = bench["against"].as_array().expect("ratios");
+    for pair in [
+        "one_more_ring",
+        "ten_times_the_particles",
+        "looking_away_over_empty_sky",
+        "paused_over_animated",
+    ] {
+        let whole = |r: &&Value| r["case"] == format!("{pair} low") && r["what"] == "cpu";
+        let ratio = against.iter().find(whole).expect(pair);
+        assert!(ratio["ratio"].as_f64().is_some_and(|r| r > 0.0), "{ratio}");
+    }
+    let ratios = |of: &str, what: &str| -> Vec<f64> {
+        let is_it =
+            |r: &&Value| r["what"] == what && r["case"].as_str().is_some_and(|c| c.contains(of));
+        against.iter().filter(is_it).map(|r| r["ratio"].as_f64().expect(of)).collect()
+    };
+    // The blend does more than look up, and marching the sun's rays takes longer than all of a frame.
+    let fetches = ratios("blend_over_its_fetches cumulus low", "blend");
+    assert!(fetches.len() == 1 && fetches[0] > 0.5, "{fetches:?}");
+    for march in ["view-march-", "march-"] {
+        assert!(ratios(march, "blend").iter().any(|r| *r > 0.0), "{march}: {against:?}");
+    }
+    let popping = &bench["popping"][0];
+    let of = |how: &str| popping[how]["rms"].as_f64().expect(how);
+    assert!(popping["fading"]["pixels"].as_u64().is_some_and(|n| n > 100), "{popping}");
+    assert!(of("fading") > 0.0 && of("at_once") != of("fading"), "{popping}");
+    assert!(word(&run, "flight:low_popping").parse::<f64>().is_ok_and(|v| v > 0.0));
+    let page = String::from_utf8(place.read("b/report.html")).expect("UTF-8");
+    assert!(page.contains("Popping") && page.contains("one_more_ring") && page.contains("march-"));
 }
 
 #[test]

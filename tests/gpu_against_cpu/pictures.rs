@@ -119,8 +119,7 @@ impl Population {
     pub fn light(&self, view: &LightView) -> (PictureLists, wgpu::Buffer, Vec<u32>) {
         let project = ProjectPass::light(gpu(), library()).expect("the projection");
         let uniforms = buffers::uniform(gpu(), "light view", view);
-        let opaque = OpaqueJob::none(gpu());
-        let how = Projection::Light { view: &uniforms, opaque: &opaque };
+        let how = Projection::Light { view: &uniforms };
         let lists = self.lists(&project, view.tiles, &how);
         let count = gpu().read_buffer::<u32>(&self.count, 1).expect("a count")[0];
         let order = gpu().read_buffer(lists.order(), count as usize).expect("the order");

@@ -1,7 +1,6 @@
 //! Lists per tile against plain loops over rectangles, entry for entry.
 
 use cumuli::frame::cpu;
-use cumuli::frame::opaque::OpaqueJob;
 use cumuli::frame::scan::ScanPass;
 use cumuli::frame::tile_lists::{LENGTHS, ListInputs, ListSize, TileListPass, TileLists};
 use cumuli::gpu::buffers;
@@ -45,8 +44,7 @@ impl Case {
             length_index: 2,
             order: &buffers::storage_with(gpu(), "order", &self.order),
             rectangles: &buffers::storage_with(gpu(), "rectangles", &self.rectangles),
-            nearest: &buffers::storage(gpu(), "nearest", self.order.len(), 4),
-            limits: &OpaqueJob::none(gpu()).limits,
+            limits: None,
         };
         let particles = self.order.len() as u32;
         let size = ListSize { tiles: self.tiles, particles, bin_entries, tile_entries };

@@ -54,6 +54,13 @@ impl Renderer {
         Ok(offsets.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect())
     }
 
+    /// How many workgroups of the blend the last whole frame dispatched: along x, y and z; read back.
+    pub fn blend_groups(&self) -> Result<Vec<u32>> {
+        let groups = self.resources.as_ref().and_then(|r| r.blend_bindings.groups());
+        let none = || Error::Gpu("no frame was made".to_owned());
+        self.gpu.read_buffer(groups.ok_or_else(none)?, 3)
+    }
+
     /// Texels of the last frame's deep shadow maps that are in use, map after map, read back.
     pub fn shadow_texels(&self) -> Result<Vec<[u32; 4]>> {
         let uniforms = self.gpu.read_buffer::<ShadowUniforms>(&self.shadow.uniforms, 1)?;
@@ -103,6 +110,12 @@ impl Renderer {
     /// differ.
     pub fn make_unseen(&mut self, wanted: bool) {
         self.make_unseen = wanted;
+    }
+
+    /// Whether rings end at once from the next frame on, in place of fading into each other: for measuring what that
+    /// is worth. The light grid's own particles fade all the same.
+    pub fn end_rings_at_once(&mut self, wanted: bool) {
+        self.rings_end_at_once = wanted;
     }
 
     /// Makes one frame as it is alone and reads it back, in a stream too: nothing of the frames before

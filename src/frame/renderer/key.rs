@@ -32,6 +32,9 @@ impl Renderer {
         let mut clouds = self.shapes.field(scene, time, first_slot, self.capacities.particles)?;
         if let Some(clouds) = &mut clouds {
             scale_field(clouds, scale);
+            if self.rings_end_at_once {
+                clouds.end_at_once();
+            }
         }
         let any = clouds.is_some() || !listed.is_empty();
         let has_clouds = any && in_view.clouds && self.omit != Some(Pass::Blend);

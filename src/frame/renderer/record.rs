@@ -211,7 +211,7 @@ fn encode_blend(
         _ => (in_place, 1, None),
     };
     let blocks = [columns, rows, pixels];
-    passes.blend.encode(&mut compute_pass(encoder, Pass::Blend), blocks, bindings, groups);
+    passes.blend.encode(gpu, &mut compute_pass(encoder, Pass::Blend), blocks, bindings, groups);
     if let Some((job, before)) = reuse {
         passes.reuse.encode(gpu, encoder, job, &resources.targets, before);
     }
