@@ -25,6 +25,8 @@ pub struct FrameKey {
     pub in_view: InView,
     /// What is opaque in it: its revision tells of its contents.
     pub opaque: Option<Opaque>,
+    /// Whether the host asks how much sunlight reaches points of its own.
+    pub sun_asked: bool,
 }
 
 impl FrameKey {
@@ -35,7 +37,8 @@ impl FrameKey {
 
     /// Whether there may be something on which shadows are seen.
     pub fn has_surfaces(&self) -> bool {
-        self.in_view.ground || self.opaque.is_some()
+        let is_lit = |opaque: &Opaque| opaque.sunlit.is_some();
+        self.in_view.ground || self.opaque.as_ref().is_some_and(is_lit)
     }
 }
 

@@ -61,15 +61,17 @@ impl DepthKind {
         Self::Projected { scale: -near * (far / between), offset: far / between, empty: 1.0 }
     }
 
-    /// Refuses a projection that has nothing ahead.
+    /// Refuses a projection that has nothing ahead, or whose empty pixels lie before others.
     fn check(self) -> Result<()> {
         let Self::Projected { scale, offset, empty } = self else { return Ok(()) };
-        let between = scale / (0.5 - offset);
-        if between > 0.0 && between.is_finite() && empty.is_finite() {
+        let [between, nothing] = [0.5, empty].map(|depth| scale / (depth - offset));
+        let is_ahead = between > 0.0 && between.is_finite() && empty.is_finite();
+        if is_ahead && !(nothing > 0.0 && nothing < between) {
             return Ok(());
         }
-        let message =
-            format!("expected a projection that is of depth 0.5 somewhere ahead, found {self:?}");
+        let message = format!(
+            "expected a projection with 0 < near < far, its empty pixels the farthest, found {self:?}"
+        );
         Err(Error::input("opaque.kind", message))
     }
 
@@ -86,7 +88,8 @@ impl DepthKind {
 }
 
 /// Opaque things as the host has drawn them with the scene's camera, each texture of the size of the picture, on the
-/// renderer's device, with the usage `TEXTURE_BINDING`.
+/// renderer's device, with the usage `TEXTURE_BINDING`, one layer and one level. What draws them is submitted before the
+/// frame is made: that submits its own work and waits for it. The scene's ground, if it has one, hides what lies below it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Opaque {
     /// Depth, in the first channel; of a format with floats, 16- or 32-bit, or a depth format without stencil.
@@ -117,6 +120,14 @@ impl Opaque {
             if found != size {
                 let [[w, h], [x, y]] = [size, found];
                 let message = format!("expected {w}x{h} pixels as the picture, found {x}x{y}");
+                return Err(Error::input(name, message));
+            }
+            let [layers, levels] = [texture.depth_or_array_layers(), texture.mip_level_count()];
+            if texture.dimension() != wgpu::TextureDimension::D2 || [layers, levels] != [1, 1] {
+                let message = format!(
+                    "expected a 2D texture of one layer and one level, found {:?} with {layers} and {levels}",
+                    texture.dimension()
+                );
                 return Err(Error::input(name, message));
             }
             let kind = texture.format().sample_type(None, None);

@@ -108,7 +108,8 @@ impl FramePlan {
         // Only what is shown is made: clouds, and shadows where there is anything to see them on.
         let has_clouds = !empty && now.in_view.clouds;
         let has_shadows = !empty && now.has_surfaces();
-        let has_particles = has_clouds || has_shadows;
+        let has_maps = has_clouds || has_shadows;
+        let has_particles = has_maps || (!empty && now.sun_asked);
         let stale = |product| changes.is_stale(product, &[]);
         let relit = has_clouds && changes.is_stale(Product::Light, &[Input::Camera, Input::Opaque]);
         let mut made = Vec::new();
@@ -124,7 +125,7 @@ impl FramePlan {
         let screen = make(Product::ScreenLists, has_clouds);
         let light_lists = make(Product::LightLists, has_particles);
         let light = make(Product::Light, has_clouds);
-        let shadow = make(Product::Shadow, has_particles);
+        let shadow = make(Product::Shadow, has_maps);
         let clouds = make(Product::Clouds, has_clouds);
         let picture = stale(Product::Picture) || shadow || clouds;
         made.extend(picture.then_some(Product::Picture));

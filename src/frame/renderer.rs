@@ -70,6 +70,9 @@ pub struct Renderer {
     history: History,
     opaque: Option<Opaque>,
     sun_at: Option<SunAtPass>,
+    sun_asked: bool,
+    /// Whether the last frame's scene had no particles.
+    is_clear: Option<bool>,
     eye: DVec3,
     light_epoch: u32,
 }
@@ -142,6 +145,8 @@ impl Renderer {
             history: History::default(),
             opaque: None,
             sun_at: None,
+            sun_asked: false,
+            is_clear: None,
             eye: DVec3::ZERO,
             light_epoch: 0,
         })
@@ -175,13 +180,27 @@ impl Renderer {
         self.opaque = opaque;
     }
 
-    /// What the clouds of the last frame let through of the sunlight on its way to points of the scene (m), 0 to 1:
-    /// for things that are lit elsewhere. The points may lie anywhere, also out of view.
+    /// What the clouds of the last frame let through of the sunlight on its way to points of the scene (m, in the world), 0 to 1:
+    /// for things that are lit elsewhere. The points may lie anywhere, also out of view. As in the frame itself, light that is
+    /// scattered forward, within the delta-M peak, counts as let through: the optical depth is `Truncation::scale` times that of
+    /// the scene's extinction. Waits for the device.
+    ///
+    /// # Errors
+    /// Before the first frame; for points that are not finite; and, at the first call only, after a frame that saw nothing that
+    /// sunlight falls on: from then on every frame makes what is needed here.
     pub fn sun_transmittance(&mut self, points: &[DVec3]) -> Result<Vec<f32>> {
+        self.sun_asked = true;
+        if let Some(i) = points.iter().position(|p| !p.is_finite()) {
+            let message = format!("expected finite numbers, found {} at {i}", points[i]);
+            return Err(Error::input("points", message));
+        }
+        if self.is_clear == Some(true) {
+            return Ok(vec![1.0; points.len()]);
+        }
         let is_made = !self.changes.is_stale(Product::LightLists, &[]);
         let (Some(resources), true) = (&self.resources, is_made) else {
             return Err(Error::Failed(
-                "the sun's lists are those of no frame: expected one with clouds or surfaces in view before"
+                "the sun's lists are those of no frame: expected one after the first call, or one with clouds or surfaces in view"
                     .to_owned(),
             ));
         };
@@ -307,6 +326,7 @@ impl Renderer {
             Default::default()
         };
         let key = self.key(scene, time, size, shift, in_view)?;
+        self.is_clear = Some(key.is_empty());
         let sky_work = self.sky.update(&self.gpu, &sky_inputs(scene));
         let layout = Layout {
             size,

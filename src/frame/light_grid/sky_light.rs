@@ -95,7 +95,7 @@ fn harmonics(cosine: f64) -> f64 {
 
 /// Values at the axes whose moments are nearest to those of `seen`, even in the upper hemisphere: the least squares with none below -1,
 /// by projected Gauss-Seidel.
-fn fitted(seen: impl Iterator<Item = (DVec3, f64)> + Clone, turns: u32) -> [f32; AXES] {
+fn nearest(seen: impl Iterator<Item = (DVec3, f64)> + Clone, turns: u32) -> [f64; AXES] {
     let axes: [DVec3; AXES] = std::array::from_fn(from_above);
     let solid_angle = 2.0 * PI / seen.clone().count() as f64;
     let wanted =
@@ -110,9 +110,14 @@ fn fitted(seen: impl Iterator<Item = (DVec3, f64)> + Clone, turns: u32) -> [f32;
             values[i] = ((wanted[i] - others) / product(i, i)).max(-1.0);
         }
     }
-    // The mean sky is exact.
+    values
+}
+
+/// The same with a sum of 0: the mean sky is exact.
+fn fitted(seen: impl Iterator<Item = (DVec3, f64)> + Clone, turns: u32) -> [f32; AXES] {
+    let values = nearest(seen, turns);
     let mean = values.iter().map(|v| 1.0 + v).sum::<f64>() / AXES as f64;
-    values.map(|v| ((1.0 + v) / mean - 1.0) as f32)
+    if mean > 0.0 { values.map(|v| ((1.0 + v) / mean - 1.0) as f32) } else { [0.0; AXES] }
 }
 
 #[cfg(test)]
@@ -151,21 +156,53 @@ mod tests {
         assert_eq!(unevenness(&uniform, 1000.0), [0.0; AXES]);
     }
 
-    /// A sky that is brighter on one side, so that no value is bounded: its first moments along the horizon come out
-    /// to a tenth, by six directions of the hemisphere in place of all.
+    /// Real spherical harmonics of degrees 0 to 2, orthonormal.
+    fn basis(v: DVec3) -> [f64; 9] {
+        let [a, b, c] = [1.0, 3.0, 15.0].map(|n: f64| (n / (4.0 * PI)).sqrt());
+        let last = 0.5 * (5.0 / (4.0 * PI)).sqrt() * (3.0 * v.z * v.z - 1.0);
+        let (xy, xz, yz) = (v.x * v.y, v.x * v.z, v.y * v.z);
+        [
+            a,
+            b * v.x,
+            b * v.y,
+            b * v.z,
+            c * xy,
+            c * yz,
+            c * xz,
+            0.5 * c * (v.x * v.x - v.y * v.y),
+            last,
+        ]
+    }
+
+    /// A sky that is brighter on one side, so that no value is bounded: no other six values have moments nearer to its
+    /// own, and they point to that side.
     #[test]
     fn a_bright_side_is_the_bright_side() {
         for side in [DVec3::X, DVec3::Z, -DVec3::X, DVec3::new(0.6, 0.0, -0.8)] {
             let light = |v: DVec3| 0.5 * v.dot(side);
-            let values = fitted(hemisphere().map(|v| (v, light(v))), TURNS);
-            let half = fitted(hemisphere().map(|v| (v, light(v))), TURNS / 2);
-            assert!(half.iter().zip(&values).all(|(a, b)| (a - b).abs() < 1e-6), "{half:?}");
-            let exact = hemisphere().map(|v| light(v) * v.dot(side)).sum::<f64>() / 3200.0;
-            let found =
-                (0..AXES).map(|a| f64::from(values[a]) * from_above(a).dot(side)).sum::<f64>()
-                    / AXES as f64;
-            assert!((found / exact - 1.0).abs() < 0.1, "{side}: {found} of {exact}");
-            assert!(values.iter().sum::<f32>().abs() < 1e-5, "{values:?}");
+            let values = nearest(hemisphere().map(|v| (v, light(v))), TURNS);
+            let half = nearest(hemisphere().map(|v| (v, light(v))), TURNS / 2);
+            assert!((0..AXES).all(|a| (half[a] - values[a]).abs() < 1e-6), "{half:?}");
+            let wanted = hemisphere().fold([0.0; 9], |sum: [f64; 9], v| {
+                let b = basis(v);
+                std::array::from_fn(|j| sum[j] + light(v) * b[j] * 2.0 * PI / 3200.0)
+            });
+            let off = |values: [f64; AXES]| -> f64 {
+                let moment = |j: usize| -> f64 {
+                    let of_axis = |a: usize| values[a] * basis(from_above(a))[j];
+                    (0..AXES).map(of_axis).sum::<f64>() * 4.0 * PI / DIRECTIONS as f64
+                };
+                (0..9).map(|j| (moment(j) - wanted[j]).powi(2)).sum()
+            };
+            for axis in 0..AXES {
+                for step in [-0.01, 0.01] {
+                    let mut others = values;
+                    others[axis] += step;
+                    assert!(off(others) > off(values), "{side}: {axis}, {step}");
+                }
+            }
+            let found: f64 = (0..AXES).map(|a| values[a] * from_above(a).dot(side)).sum();
+            assert!(found > 0.5, "{side}: {values:?}");
         }
     }
 

@@ -43,8 +43,9 @@ impl OpaquePicture {
         let mut result = Self { size, distance, radiance, sunlit };
         let nothing =
             Surface { distance: f64::from(NOTHING), radiance: DVec3::ZERO, sunlit: DVec3::ZERO };
-        for i in 0..size[0] * size[1] {
-            let surface = meet(Self::ray(camera, size, i)).unwrap_or(nothing);
+        let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y]));
+        for pixel in pixels {
+            let surface = meet(Self::ray_through(camera, size, pixel)).unwrap_or(nothing);
             result.distance.push(surface.distance as f32);
             result.radiance.push(surface.radiance.as_vec3().to_array());
             result.sunlit.push(surface.sunlit.as_vec3().to_array());
@@ -54,8 +55,12 @@ impl OpaquePicture {
 
     /// Direction of the ray through the middle of a pixel, counted row by row.
     pub fn ray(camera: &Camera, size: [u32; 2], pixel: u32) -> DVec3 {
+        Self::ray_through(camera, size, [pixel % size[0], pixel / size[0]])
+    }
+
+    fn ray_through(camera: &Camera, size: [u32; 2], pixel: [u32; 2]) -> DVec3 {
         let [width, height] = size.map(f64::from);
-        let [x, y] = [pixel % size[0], pixel / size[0]].map(|v| f64::from(v) + 0.5);
+        let [x, y] = pixel.map(|v| f64::from(v) + 0.5);
         camera.ray(x / width, y / height, width / height)
     }
 

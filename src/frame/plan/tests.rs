@@ -15,6 +15,7 @@ fn key() -> FrameKey {
         shadow: ShadowUniforms::zeroed(),
         in_view: InView { clouds: true, ground: true },
         opaque: None,
+        sun_asked: false,
     }
 }
 

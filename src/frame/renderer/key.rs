@@ -38,9 +38,12 @@ impl Renderer {
         }
         let any = clouds.is_some() || !listed.is_empty();
         let has_clouds = any && in_view.clouds && self.omit != Some(Pass::Blend);
-        let has_shadows = any && (in_view.ground || self.opaque.is_some());
+        let is_lit = self.opaque.as_ref().is_some_and(|opaque| opaque.sunlit.is_some());
+        let has_shadows = any && (in_view.ground || is_lit);
+        let is_asked = any && self.sun_asked;
         // What a picture without clouds does not depend on shall not make it anew.
-        let capacity = if has_clouds || has_shadows { self.capacities.particles } else { 0 };
+        let is_made = has_clouds || has_shadows || is_asked;
+        let capacity = if is_made { self.capacities.particles } else { 0 };
         let bounds = bounds(scene, time);
         let light = view::light_view(scene.sun.direction, &bounds, camera.position);
         Ok(FrameKey {
@@ -64,10 +67,11 @@ impl Renderer {
                 scene.effective_ground().map(|_| 0.0),
                 self.quality.shadow_resolution,
                 !self.make_unseen,
-                self.opaque.is_some(),
+                is_lit,
             ),
             in_view,
             opaque: self.opaque.clone(),
+            sun_asked: self.sun_asked,
         })
     }
 }

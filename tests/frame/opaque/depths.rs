@@ -201,6 +201,19 @@ fn textures_of_another_size_or_kind_are_refused() {
     };
     let integers = texture(wgpu::TextureFormat::R32Uint, wgpu::TextureUsages::TEXTURE_BINDING);
     let unread = texture(wgpu::TextureFormat::R32Float, wgpu::TextureUsages::STORAGE_BINDING);
+    let layers = |layers, levels| {
+        let texture = GPU.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: SIZE[0], height: SIZE[1], depth_or_array_layers: layers },
+            mip_level_count: levels,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba16Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        texture.create_view(&Default::default())
+    };
     let projection = |scale, offset| DepthKind::Projected { scale, offset, empty: 0.0 };
     for (bad, field) in [
         (Opaque { sunlit: Some(integers.clone()), ..good.clone() }, "opaque.sunlit"),
@@ -211,6 +224,10 @@ fn textures_of_another_size_or_kind_are_refused() {
         (Opaque { kind: DepthKind::reversed(5.0, 5.0), ..good.clone() }, "opaque.kind"),
         (Opaque { kind: DepthKind::standard(1.0, f32::INFINITY), ..good.clone() }, "opaque.kind"),
         (Opaque { kind: projection(f32::NAN, 0.0), ..good.clone() }, "opaque.kind"),
+        (Opaque { kind: DepthKind::standard(100.0, 1.0), ..good.clone() }, "opaque.kind"),
+        (Opaque { kind: DepthKind::reversed(100.0, 1.0), ..good.clone() }, "opaque.kind"),
+        (Opaque { depth: layers(3, 1), ..good.clone() }, "opaque.depth"),
+        (Opaque { radiance: layers(1, 2), ..good.clone() }, "opaque.radiance"),
         (Opaque { kind: projection(1.0, 0.5), ..good.clone() }, "opaque.kind"),
     ] {
         renderer.set_opaque(Some(bad));

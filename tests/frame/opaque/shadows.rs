@@ -83,4 +83,16 @@ fn shadows_at_points_need_a_frame() {
     let within = DVec3::new(0.0, 690.0, 0.0);
     let found = renderer.sun_transmittance(&[high, within]).expect("lists");
     assert!(found[0] == 1.0 && found[1] < 0.5, "{found:?}");
+    let error = renderer.sun_transmittance(&[high, DVec3::X * f64::NAN]).expect_err("not a number");
+    assert!(error.to_string().contains("points") && error.to_string().contains("at 1"), "{error}");
+    // Asked for once, it is known after every frame: one that looks away from all, and one without clouds.
+    let mut away = scene.clone();
+    away.camera.target = away.camera.position + DVec3::Y;
+    let picture = frame(&mut renderer, &away, 0.0);
+    let ran = |name: &str| picture.stats.passes.iter().any(|p| p.name == name && p.ran);
+    assert!(!ran("blend") && !ran("shadow"), "{:?}", picture.stats.passes);
+    assert_eq!(renderer.sun_transmittance(&[high, within]).expect("lists"), found);
+    let bare = Scene { particles: Vec::new(), ..away };
+    frame(&mut renderer, &bare, 0.0);
+    assert_eq!(renderer.sun_transmittance(&[within]).expect("a clear sky"), [1.0]);
 }
