@@ -1,9 +1,11 @@
 // Resolve: puts sky, ground and air around the clouds; linear radiance out.
 //
 // Workgroup contract: one invocation owns one pixel.
+#import cumuli::air_shadow::lost_before
+#import cumuli::atmosphere::TABLE_SCALE
 #import cumuli::gpu_data::FrameUniforms
 #import cumuli::numerics::unfolded
-#import cumuli::sky::{air_between, ground_distance, ground_radiance, sky_radiance, sun_disc_radiance}
+#import cumuli::sky::{air_between, ground_distance, ground_radiance, sky, sky_radiance, sun_disc_radiance}
 #import cumuli::sun_depth::sun_depth
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
@@ -22,6 +24,15 @@ fn sun_visibility(point: vec3<f32>) -> f32 {
         return 1.0;
     }
     return exp(-sun_depth(point));
+}
+
+// Light of the air before a distance without what clouds take from it.
+fn shadowed(light: vec3<f32>, pixel: vec2<u32>, dir: vec3<f32>, distance: f32) -> vec3<f32> {
+    if unfolded(frame.has_air_shadow, pixel.x == NO_PIXEL) == 0u {
+        return light;
+    }
+    let lost = lost_before(pixel, frame.size, dir, distance) * (sky.sun.w / TABLE_SCALE);
+    return max(light - lost, vec3(0.0));
 }
 
 @compute @workgroup_size(8, 8)
@@ -54,16 +65,17 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
             behind = ground_radiance(dir, ground, sun_visibility(dir * ground));
             if has_air {
                 let air = air_between(dir, ground);
-                behind = behind * air.transmittance + air.inscatter;
+                behind = behind * air.transmittance + shadowed(air.inscatter, id.xy, dir, ground);
             }
         } else {
-            behind = sky_radiance(dir) + sun_disc_radiance(dir) * (straight / transmittance);
+            behind = shadowed(sky_radiance(dir), id.xy, dir, NOWHERE) + sun_disc_radiance(dir) * (straight / transmittance);
         }
     }
     var front = cloud.rgb;
     if has_air && opacity > 0.0 {
-        let air = air_between(dir, textureLoad(cloud_distance, id.xy, 0).r);
-        front = front * air.transmittance + air.inscatter * opacity;
+        let distance = textureLoad(cloud_distance, id.xy, 0).r;
+        let air = air_between(dir, distance);
+        front = front * air.transmittance + shadowed(air.inscatter, id.xy, dir, distance) * opacity;
     }
     textureStore(picture, id.xy, vec4(front + transmittance * behind, 1.0 - straight));
 }

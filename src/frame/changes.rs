@@ -65,6 +65,8 @@ pub enum Product {
     Light,
     /// The deep shadow maps.
     Shadow,
+    /// Sunlight that is missing in the air.
+    AirShadow,
     /// Clouds of every pixel.
     Clouds,
     /// The whole picture.
@@ -73,12 +75,13 @@ pub enum Product {
 
 impl Product {
     /// All of them, in the order they are made.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Particles,
         Self::ScreenLists,
         Self::LightLists,
         Self::Light,
         Self::Shadow,
+        Self::AirShadow,
         Self::Clouds,
         Self::Picture,
     ];
@@ -92,6 +95,9 @@ impl Product {
             Self::Light => &[Input::Particles, Input::Camera, Input::Sun, Input::Sky, Input::Grid],
             // Only what the eye may see is made.
             Self::Shadow => &[Input::Particles, Input::Camera, Input::Sun, Input::ShadowMaps],
+            Self::AirShadow => {
+                &[Input::Particles, Input::Camera, Input::Sun, Input::ShadowMaps, Input::Sky]
+            }
             Self::Clouds => &[
                 Input::Particles,
                 Input::Camera,

@@ -1,6 +1,7 @@
 //! One frame, pass by pass in the order data flows:
 //! rings → project → sort → tile lists → light → shadow → blend → resolve → tone map.
 
+pub mod air_shadow;
 pub mod blend;
 pub mod changes;
 pub mod composer;

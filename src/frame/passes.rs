@@ -1,5 +1,6 @@
 //! All passes, compiled.
 
+use super::air_shadow::AirShadowPass;
 use super::blend::BlendPass;
 use super::light::LightPass;
 use super::light_grid::{GridMedium, LightGridPass};
@@ -29,6 +30,8 @@ pub struct Passes {
     pub light_grid: LightGridPass,
     /// Deep shadow maps.
     pub shadow: ShadowPass,
+    /// Sunlight that is missing in the air.
+    pub air_shadow: AirShadowPass,
     /// Particles to pixels.
     pub blend: BlendPass,
     /// Pixels of the frame before.
@@ -46,7 +49,7 @@ impl Passes {
         library: &ShaderLibrary,
         quality: &Quality,
         medium: &GridMedium<'_>,
-        [tables, sky, weather]: [&wgpu::BindGroupLayout; 3],
+        [tables, sky, weather, march]: [&wgpu::BindGroupLayout; 4],
     ) -> Result<Self> {
         // In two halves at once, of about the same time: nobody waits for one after the other.
         let (lit, others) = rayon::join(
@@ -59,13 +62,14 @@ impl Passes {
             },
             || -> Result<_> {
                 let shadow = ShadowPass::new(gpu, library, quality.shadow_steps, tables)?;
+                let air_shadow = AirShadowPass::new(gpu, library, march)?;
                 let resolve = ResolvePass::new(gpu, library, tables, sky)?;
                 let rings = RingPass::new(gpu, library, weather)?;
                 let lists = ListPasses::new(gpu, library)?;
-                Ok((shadow, resolve, rings, lists))
+                Ok((shadow, air_shadow, resolve, rings, lists))
             },
         );
-        let ((light_grid, light, blend), (shadow, resolve, rings, lists)) = (lit?, others?);
+        let ((light_grid, light, blend), (shadow, air_shadow, resolve, rings, lists)) = (lit?, others?);
         Ok(Self {
             rings,
             lists,
@@ -74,6 +78,7 @@ impl Passes {
             light,
             light_grid,
             shadow,
+            air_shadow,
             blend,
             reuse: ReusePass::new(gpu, library)?,
             resolve,

@@ -24,6 +24,8 @@ pub enum Pass {
     Light,
     /// Deep shadow maps.
     Shadow,
+    /// Sunlight that clouds take from the air.
+    AirShadow,
     /// Particles to pixels.
     Blend,
     /// Sky, ground and air around the clouds.
@@ -34,7 +36,7 @@ pub enum Pass {
 
 impl Pass {
     /// All passes in order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Sky,
         Self::Rings,
         Self::Project,
@@ -44,6 +46,7 @@ impl Pass {
         Self::LightField,
         Self::Light,
         Self::Shadow,
+        Self::AirShadow,
         Self::Blend,
         Self::Resolve,
         Self::Tonemap,
@@ -61,6 +64,7 @@ impl Pass {
             Self::LightGrid => "light_grid",
             Self::LightField => "light_field",
             Self::Shadow => "shadow",
+            Self::AirShadow => "air_shadow",
             Self::Blend => "blend",
             Self::Resolve => "resolve",
             Self::Tonemap => "tonemap",
@@ -103,7 +107,8 @@ impl FramePlan {
         let empty = now.is_empty();
         // Only what is shown is made: clouds, and shadows where there is anything to see them on.
         let has_clouds = !empty && now.in_view.clouds;
-        let has_shadows = !empty && now.in_view.ground;
+        let has_air_shadow = !empty && now.in_view.air;
+        let has_shadows = has_air_shadow || (!empty && now.in_view.ground);
         let has_particles = has_clouds || has_shadows;
         let stale = |product| changes.is_stale(product, None);
         let relit = has_clouds && changes.is_stale(Product::Light, Some(Input::Camera));
@@ -120,8 +125,9 @@ impl FramePlan {
         let light_lists = make(Product::LightLists, has_particles);
         let light = make(Product::Light, has_clouds);
         let shadow = make(Product::Shadow, has_particles);
+        let air_shadow = make(Product::AirShadow, has_air_shadow);
         let clouds = make(Product::Clouds, has_clouds);
-        let picture = stale(Product::Picture) || shadow || clouds;
+        let picture = stale(Product::Picture) || shadow || air_shadow || clouds;
         made.extend(picture.then_some(Product::Picture));
 
         let mut decisions = Vec::new();
@@ -166,6 +172,12 @@ impl FramePlan {
             shadow,
             "particles, sun or camera changed",
             or_unneeded("shadows unchanged"),
+        );
+        decide(
+            Pass::AirShadow,
+            air_shadow,
+            "particles, sun, camera or sky changed",
+            unless_empty(if has_air_shadow { "unchanged" } else { "no air in view that clouds may shade" }),
         );
         let blended_why = if clouds_changed { moved } else { "pixels of the past" };
         decide(Pass::Blend, clouds, blended_why, or_unseen("clouds unchanged"));

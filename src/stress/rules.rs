@@ -165,7 +165,7 @@ pub const WHOLE: &[&str] = &[
     "FrameUniforms.phase",
     "FrameUniforms.in_place",
     "FrameUniforms.padding_c",
-    "FrameUniforms.padding_a",
+    "FrameUniforms.has_air_shadow",
     "FrameUniforms.padding_b",
     "LightView.tiles",
     "LightView.padding_a",

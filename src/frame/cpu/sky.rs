@@ -4,7 +4,10 @@
 use glam::{DVec3, DVec4};
 use std::f64::consts::PI;
 
-use super::atmosphere::{air_span, distance_to_ground, horizon_squared};
+use super::atmosphere::{
+    aerosol_phase, air_span, altitude_along, distance_to_ground, horizon_squared, medium_at,
+    rayleigh_phase,
+};
 use super::sky_march::{Air, AirRay, sun_mu_along};
 use crate::frame::sky::gpu_data::{PLANET_RADIUS, disc_peak, disc_profile, seen_from};
 use crate::frame::sky::spectrum::{Coefficients, reflectance, to_rgb};
@@ -142,6 +145,47 @@ impl Sky {
             inscatter: colour(gathered.radiance) * self.irradiance,
             transmittance: colour((-gathered.optical_depth).exp()),
         }
+    }
+
+    /// Part of a ray up to a distance that lies in the air, m; of no length where there is none.
+    pub fn air_span(&self, dir: DVec3, distance: f64) -> [f64; 2] {
+        if self.uniform().is_some() {
+            return [0.0; 2];
+        }
+        let span = air_span(self.altitude, dir.y);
+        [span.0, distance.clamp(span.0, span.1)]
+    }
+
+    /// Air at a distance (m) of a ray, seen through the air before it: scattering by molecules and by
+    /// aerosol, rgb (1/m), and the same times the sun's irradiance there.
+    pub fn air_at(&self, dir: DVec3, distance: f64) -> [[DVec3; 2]; 2] {
+        let ray = self.ray(dir);
+        let begin = air_span(self.altitude, dir.y).0;
+        let through = (-self.air.depth_between(&ray, begin, distance, self.steps)).exp();
+        let altitude = altitude_along(self.altitude, dir.y, distance).max(0.0);
+        let medium = medium_at(&self.air.coefficients, altitude);
+        let sunlight = self.air.sunlight(altitude, sun_mu_along(&ray, altitude, distance));
+        let seen = [through * medium.rayleigh, through * medium.aerosol];
+        [seen.map(to_rgb), seen.map(|seen| to_rgb(seen * sunlight) * self.irradiance)]
+    }
+
+    /// Light that the air of a piece of a ray sends to the eye from the sun's beam alone, rgb; the piece's
+    /// middle and length in m.
+    pub fn sunlit_air(&self, dir: DVec3, middle: f64, length: f64) -> DVec3 {
+        if self.uniform().is_some() {
+            return DVec3::ZERO;
+        }
+        let cosine = dir.dot(self.sun).clamp(-1.0, 1.0);
+        let [_, [molecules, aerosol]] = self.air_at(dir, middle);
+        (molecules * rayleigh_phase(cosine) + aerosol * aerosol_phase(cosine)) * length
+    }
+
+    /// Irradiance of sun and sky on bare ground, rgb, where this is the cosine of the sun's zenith angle.
+    pub fn ground_irradiance(&self, sun_mu: f64) -> DVec3 {
+        let diffuse =
+            self.air.ground.at(glam::DVec2::new(super::atmosphere::sun_place(sun_mu), 0.0));
+        let direct = self.air.sunlight(0.0, sun_mu) * sun_mu.max(0.0);
+        colour(direct + diffuse) * self.irradiance
     }
 
     /// Distance to the ground, m; -1 where there is none.

@@ -255,6 +255,17 @@ impl Air {
             .fold(Gathered::default(), |sum, i| self.gather(ray, place(i), place(i + 1), &sum))
     }
 
+    /// Optical depth of a piece of a ray.
+    pub fn depth_between(&self, ray: &AirRay, begin: f64, end: f64, steps: u32) -> DVec4 {
+        let place = |i: u32| begin + (end - begin) * (f64::from(i) / f64::from(steps)).powi(2);
+        let part = |i: u32| {
+            let (a, b) = (place(i), place(i + 1));
+            let altitude = altitude_along(ray.altitude, ray.mu, 0.5 * (a + b)).max(0.0);
+            medium_at(&self.coefficients, altitude).extinction * (b - a)
+        };
+        (0..steps).map(part).sum()
+    }
+
     /// All light along a ray to the ground, which is seen at its end, or to the end of the air.
     pub fn gather_all(&self, ray: AirRay, hits_ground: bool, steps: u32) -> Gathered {
         let mut sum = self.gather_air(&ray, hits_ground, steps);

@@ -35,7 +35,8 @@ impl Renderer {
         }
         let any = clouds.is_some() || !listed.is_empty();
         let has_clouds = any && in_view.clouds && self.omit != Some(Pass::Blend);
-        let has_shadows = any && in_view.ground;
+        let has_air_shadow = any && in_view.air && self.omit != Some(Pass::AirShadow);
+        let has_shadows = any && (in_view.ground || in_view.air);
         // What a picture without clouds does not depend on shall not make it anew.
         let capacity = if has_clouds || has_shadows { self.capacities.particles } else { 0 };
         let bounds = bounds(scene, time);
@@ -49,7 +50,7 @@ impl Renderer {
                 shift,
                 &Quality { pixel_stride: self.stride(), ..self.quality },
                 capacity,
-                [has_clouds, has_shadows],
+                [has_clouds, has_shadows, has_air_shadow],
             ),
             clouds,
             listed,

@@ -150,6 +150,14 @@ impl Renderer {
                             key.shadow.maps,
                         );
                     }
+                    Pass::AirShadow => {
+                        passes.air_shadow.encode(
+                            compute,
+                            key.frame.size,
+                            &resources.air_shadow_bindings,
+                            self.sky.march_group(),
+                        );
+                    }
                     Pass::Resolve => {
                         let bindings = &resources.resolve_bindings;
                         passes.resolve.encode(

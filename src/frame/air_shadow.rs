@@ -1,0 +1,76 @@
+//! Air shadow: sunlight that clouds take from the air between the eye and what it sees.
+
+use super::shadow::ShadowJob;
+use crate::Result;
+use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
+
+/// Side of a workgroup; as in the shader.
+const WORKGROUP: u32 = 8;
+/// Sides of a block of pixels, whose corners have rays; as in the shader.
+pub const BLOCK: u32 = 8;
+/// Nodes along a ray, behind the first; as in the shader.
+pub const NODES: u32 = 24;
+/// Bytes of a node.
+const NODE_BYTES: usize = 8;
+
+/// Rays across and up for a picture of this size, pixels.
+pub fn corners(size: [u32; 2]) -> [u32; 2] {
+    size.map(|s| s.div_ceil(BLOCK) + 1)
+}
+
+/// The pipeline.
+pub struct AirShadowPass {
+    kernel: Kernel,
+}
+
+impl AirShadowPass {
+    /// Compiles the pass; it reads the sky's tables that don't depend on the view (group 1).
+    pub fn new(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        march: &wgpu::BindGroupLayout,
+    ) -> Result<Self> {
+        let file = crate::shader_file!("frame/air_shadow.wgsl");
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[march])? })
+    }
+
+    /// What it leaves for a picture of this size, pixels.
+    pub fn lost_light(&self, gpu: &Gpu, size: [u32; 2]) -> wgpu::Buffer {
+        let [across, up] = corners(size).map(|c| c as usize);
+        buffers::storage(gpu, "lost light", across * up * (NODES as usize + 1), NODE_BYTES)
+    }
+
+    /// Binds the shadow maps.
+    pub fn bind(
+        &self,
+        gpu: &Gpu,
+        frame: &wgpu::Buffer,
+        shadow: &ShadowJob,
+        lost_light: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        self.kernel.bind(
+            gpu,
+            &[
+                frame.as_entire_binding(),
+                lost_light.as_entire_binding(),
+                shadow.uniforms.as_entire_binding(),
+                shadow.texels.as_entire_binding(),
+            ],
+        )
+    }
+
+    /// Records the pass.
+    pub fn encode(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        size: [u32; 2],
+        bindings: &wgpu::BindGroup,
+        march: &wgpu::BindGroup,
+    ) {
+        let [across, up] = corners(size).map(|c| c.div_ceil(WORKGROUP));
+        pass.set_pipeline(self.kernel.pipeline("air_shadow"));
+        pass.set_bind_group(0, bindings, &[]);
+        pass.set_bind_group(1, march, &[]);
+        pass.dispatch_workgroups(across, up, 1);
+    }
+}
