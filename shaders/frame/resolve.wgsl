@@ -1,7 +1,7 @@
 // Resolve: puts sky, ground and air around the clouds; linear radiance out.
 //
 // Workgroup contract: one invocation owns one pixel.
-#import cumuli::air_shadow::lost_before
+#import cumuli::air_shadow::{change_before, light_on_ground}
 #import cumuli::atmosphere::TABLE_SCALE
 #import cumuli::gpu_data::FrameUniforms
 #import cumuli::numerics::unfolded
@@ -26,13 +26,22 @@ fn sun_visibility(point: vec3<f32>) -> f32 {
     return exp(-sun_depth(point));
 }
 
-// Light of the air before a distance without what clouds take from it.
-fn shadowed(light: vec3<f32>, pixel: vec2<u32>, dir: vec3<f32>, distance: f32) -> vec3<f32> {
+// Light of the air before a distance as clouds leave it.
+fn clouded(light: vec3<f32>, pixel: vec2<u32>, dir: vec3<f32>, distance: f32) -> vec3<f32> {
     if unfolded(frame.has_air_shadow, pixel.x == NO_PIXEL) == 0u {
         return light;
     }
-    let lost = lost_before(pixel, frame.size, dir, distance) * (sky.sun.w / TABLE_SCALE);
-    return max(light - lost, vec3(0.0));
+    let change = change_before(pixel, frame.size, dir, distance) * (sky.sun.w / TABLE_SCALE);
+    return max(light + change, vec3(0.0));
+}
+
+// What reaches the ground: of the sun's beam, of clouds, of the sky; see ground_radiance.
+fn ground_light(pixel: vec2<u32>, point: vec3<f32>) -> vec3<f32> {
+    let beam = sun_visibility(point);
+    if unfolded(frame.has_air_shadow, pixel.x == NO_PIXEL) == 0u {
+        return vec3(beam, 0.0, 1.0);
+    }
+    return vec3(beam, light_on_ground(pixel, frame.size));
 }
 
 @compute @workgroup_size(8, 8)
@@ -62,20 +71,20 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
             ground = ground_distance(dir);
         }
         if ground >= 0.0 {
-            behind = ground_radiance(dir, ground, sun_visibility(dir * ground));
+            behind = ground_radiance(dir, ground, ground_light(id.xy, dir * ground));
             if has_air {
                 let air = air_between(dir, ground);
-                behind = behind * air.transmittance + shadowed(air.inscatter, id.xy, dir, ground);
+                behind = behind * air.transmittance + clouded(air.inscatter, id.xy, dir, ground);
             }
         } else {
-            behind = shadowed(sky_radiance(dir), id.xy, dir, NOWHERE) + sun_disc_radiance(dir) * (straight / transmittance);
+            behind = clouded(sky_radiance(dir), id.xy, dir, NOWHERE) + sun_disc_radiance(dir) * (straight / transmittance);
         }
     }
     var front = cloud.rgb;
     if has_air && opacity > 0.0 {
         let distance = textureLoad(cloud_distance, id.xy, 0).r;
         let air = air_between(dir, distance);
-        front = front * air.transmittance + shadowed(air.inscatter, id.xy, dir, distance) * opacity;
+        front = front * air.transmittance + clouded(air.inscatter, id.xy, dir, distance) * opacity;
     }
     textureStore(picture, id.xy, vec4(front + transmittance * behind, 1.0 - straight));
 }

@@ -1,4 +1,4 @@
-//! Air shadow: sunlight that clouds take from the air between the eye and what it sees.
+//! Air shadow: what clouds change of the light of the air between the eye and what it sees, and of the ground.
 
 use super::shadow::ShadowJob;
 use crate::Result;
@@ -10,8 +10,10 @@ const WORKGROUP: u32 = 8;
 pub const BLOCK: u32 = 8;
 /// Nodes along a ray, behind the first; as in the shader.
 pub const NODES: u32 = 24;
-/// Bytes of a node.
-const NODE_BYTES: usize = 8;
+/// Numbers of a ray: those of its nodes and of the ground behind them; as in the shader.
+const ENTRIES: usize = NODES as usize + 2;
+/// Bytes of one.
+const ENTRY_BYTES: usize = 8;
 
 /// Rays across and up for a picture of this size, pixels.
 pub fn corners(size: [u32; 2]) -> [u32; 2] {
@@ -24,20 +26,21 @@ pub struct AirShadowPass {
 }
 
 impl AirShadowPass {
-    /// Compiles the pass; it reads the sky's tables that don't depend on the view (group 1).
+    /// Compiles the pass. `groups`: the sky's tables that don't depend on the view, those that do, and the
+    /// light field.
     pub fn new(
         gpu: &Gpu,
         library: &ShaderLibrary,
-        march: &wgpu::BindGroupLayout,
+        groups: &[&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
         let file = crate::shader_file!("frame/air_shadow.wgsl");
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[march])? })
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], groups)? })
     }
 
     /// What it leaves for a picture of this size, pixels.
-    pub fn lost_light(&self, gpu: &Gpu, size: [u32; 2]) -> wgpu::Buffer {
+    pub fn changed_light(&self, gpu: &Gpu, size: [u32; 2]) -> wgpu::Buffer {
         let [across, up] = corners(size).map(|c| c as usize);
-        buffers::storage(gpu, "lost light", across * up * (NODES as usize + 1), NODE_BYTES)
+        buffers::storage(gpu, "changed light", across * up * ENTRIES, ENTRY_BYTES)
     }
 
     /// Binds the shadow maps.
@@ -46,13 +49,13 @@ impl AirShadowPass {
         gpu: &Gpu,
         frame: &wgpu::Buffer,
         shadow: &ShadowJob,
-        lost_light: &wgpu::Buffer,
+        changed_light: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
         self.kernel.bind(
             gpu,
             &[
                 frame.as_entire_binding(),
-                lost_light.as_entire_binding(),
+                changed_light.as_entire_binding(),
                 shadow.uniforms.as_entire_binding(),
                 shadow.texels.as_entire_binding(),
             ],
@@ -65,12 +68,14 @@ impl AirShadowPass {
         pass: &mut wgpu::ComputePass<'_>,
         size: [u32; 2],
         bindings: &wgpu::BindGroup,
-        march: &wgpu::BindGroup,
+        groups: [&wgpu::BindGroup; 3],
     ) {
         let [across, up] = corners(size).map(|c| c.div_ceil(WORKGROUP));
         pass.set_pipeline(self.kernel.pipeline("air_shadow"));
         pass.set_bind_group(0, bindings, &[]);
-        pass.set_bind_group(1, march, &[]);
+        for (group, number) in groups.into_iter().zip(1..) {
+            pass.set_bind_group(number, group, &[]);
+        }
         pass.dispatch_workgroups(across, up, 1);
     }
 }

@@ -25,6 +25,11 @@ pub struct FrameKey {
 }
 
 impl FrameKey {
+    /// Whether there is air.
+    pub fn has_air(&self) -> bool {
+        self.frame.has_air != 0
+    }
+
     /// Whether the scene has no particles.
     pub fn is_empty(&self) -> bool {
         self.clouds.is_none() && self.listed.is_empty()
@@ -65,7 +70,7 @@ pub enum Product {
     Light,
     /// The deep shadow maps.
     Shadow,
-    /// Sunlight that is missing in the air.
+    /// What clouds change of the light of air and ground.
     AirShadow,
     /// Clouds of every pixel.
     Clouds,
@@ -95,10 +100,7 @@ impl Product {
             Self::Light => &[Input::Particles, Input::Camera, Input::Sun, Input::Sky, Input::Grid],
             // Only what the eye may see is made.
             Self::Shadow => &[Input::Particles, Input::Camera, Input::Sun, Input::ShadowMaps],
-            Self::AirShadow => {
-                &[Input::Particles, Input::Camera, Input::Sun, Input::ShadowMaps, Input::Sky]
-            }
-            Self::Clouds => &[
+            Self::AirShadow | Self::Clouds => &[
                 Input::Particles,
                 Input::Camera,
                 Input::Sun,

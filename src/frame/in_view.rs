@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::cpu::rings::RIM_RADIUS;
 use super::rings;
-use crate::scene::{Camera, Scene, Sky};
+use crate::scene::{Camera, Scene};
 
 /// What may be seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,21 +13,16 @@ pub struct InView {
     pub clouds: bool,
     /// The ground.
     pub ground: bool,
-    /// Air that some particle may shade.
-    pub air: bool,
 }
 
 impl InView {
     /// Everything.
-    pub const ALL: Self = Self { clouds: true, ground: true, air: true };
+    pub const ALL: Self = Self { clouds: true, ground: true };
 }
 
 /// Margin of all tests, relative to the distances in them: the device computes with f32, here a
 /// thousand of its steps count as nothing.
 const MARGIN: f64 = 1e-4;
-
-/// How far a shadow is followed, m: of clouds 20 km high with the sun 2 degrees over the horizon.
-const FARTHEST_SHADOW: f64 = 6e5;
 
 /// A box, m, relative to the eye.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +83,7 @@ fn reaches(corners: &[DVec3; 4], around: &Around) -> bool {
 pub fn in_view(scene: &Scene, time: f64, size: [u32; 2]) -> InView {
     let eye = scene.camera.position;
     let corners = corners(&scene.camera, size);
-    let field_box = scene.clouds.as_ref().map(|field| {
+    let field = scene.clouds.as_ref().is_some_and(|field| {
         // A particle's radius is at most this share of its cloud's height, its centre no higher
         // than the cloud, and no lower than 0.75 radii over the base.
         let radius = f64::from(RIM_RADIUS) * field.thickness;
@@ -96,42 +91,21 @@ pub fn in_view(scene: &Scene, time: f64, size: [u32; 2]) -> InView {
         let reach = rings::reach(field) + radius;
         let low = DVec3::new(eye.x - reach, base - radius, eye.z - reach);
         let high = DVec3::new(eye.x + reach, base + field.thickness + radius, eye.z + reach);
-        Around::of(low, high, eye)
+        reaches(&corners, &Around::of(low, high, eye))
     });
-    let field = field_box.is_some_and(|around| reaches(&corners, &around));
     let mut listed = Around { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
     for particle in &scene.particles {
         listed.low = listed.low.min(particle.centre - particle.radius);
         listed.high = listed.high.max(particle.centre + particle.radius);
     }
-    let none = Around { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
-    let is_listed = !scene.particles.is_empty();
-    let listed_box = if is_listed { Around::of(listed.low, listed.high, eye) } else { none };
-    let listed = is_listed && reaches(&corners, &listed_box);
+    let listed =
+        !scene.particles.is_empty() && reaches(&corners, &Around::of(listed.low, listed.high, eye));
     // From below or on the ground all rays may meet it.
     let down = corners.iter().any(|c| c.y < MARGIN * c.length());
-    let any = scene.clouds.is_some() || !scene.particles.is_empty();
-    let mut all = listed_box;
-    if let Some(around) = field_box {
-        all.low = all.low.min(around.low);
-        all.high = all.high.max(around.high);
-    }
     InView {
         clouds: field || listed,
         ground: scene.effective_ground().is_some() && (down || eye.y <= 0.0),
-        air: any
-            && matches!(scene.sky, Sky::Atmosphere)
-            && reaches(&corners, &with_shadow(all, scene.sun.direction, eye)),
     }
-}
-
-/// A box with all that its shadow in the sun may fall on, down to the ground.
-fn with_shadow(Around { low, high }: Around, sun: DVec3, eye: DVec3) -> Around {
-    let ground = (-eye.y).min(low.y);
-    let most = if sun.y > 0.0 { (high.y - ground) / sun.y } else { f64::INFINITY };
-    let way = -sun * most.min(FARTHEST_SHADOW);
-    let (low, high) = (low.min(low + way), high.max(high + way));
-    Around { low: DVec3::new(low.x, ground.min(low.y), low.z), high }
 }
 
 #[cfg(test)]
@@ -154,11 +128,11 @@ mod tests {
         };
         let up = DVec3::new(0.0, 1.0, -1.0);
         let level = DVec3::NEG_Z;
-        assert_eq!(seen(2.0, up), InView { clouds: true, ground: false, air: true });
-        assert_eq!(seen(3000.0, up), InView { clouds: false, ground: false, air: false });
-        assert_eq!(seen(3000.0, level), InView { clouds: true, ground: true, air: true });
+        assert_eq!(seen(2.0, up), InView { clouds: true, ground: false });
+        assert_eq!(seen(3000.0, up), InView { clouds: false, ground: false });
+        assert_eq!(seen(3000.0, level), InView { clouds: true, ground: true });
         // From below down: ground, without the clouds that throw shadows on it.
-        assert_eq!(seen(500.0, -up), InView { clouds: false, ground: true, air: true });
+        assert_eq!(seen(500.0, -up), InView { clouds: false, ground: true });
     }
 
     /// Every particle that the host's projection finds in the picture is found here too.

@@ -30,7 +30,7 @@ pub struct Passes {
     pub light_grid: LightGridPass,
     /// Deep shadow maps.
     pub shadow: ShadowPass,
-    /// Sunlight that is missing in the air.
+    /// Light of air and ground under clouds.
     pub air_shadow: AirShadowPass,
     /// Particles to pixels.
     pub blend: BlendPass,
@@ -58,18 +58,20 @@ impl Passes {
                 let groups = [tables, sky, light_grid.layout()];
                 let light = LightPass::new(gpu, library, &groups)?;
                 let blend = BlendPass::new(gpu, library, quality, &groups)?;
-                Ok((light_grid, light, blend))
+                let groups = [march, sky, light_grid.layout()];
+                let air_shadow = AirShadowPass::new(gpu, library, &groups)?;
+                Ok((light_grid, light, blend, air_shadow))
             },
             || -> Result<_> {
                 let shadow = ShadowPass::new(gpu, library, quality.shadow_steps, tables)?;
-                let air_shadow = AirShadowPass::new(gpu, library, march)?;
                 let resolve = ResolvePass::new(gpu, library, tables, sky)?;
                 let rings = RingPass::new(gpu, library, weather)?;
                 let lists = ListPasses::new(gpu, library)?;
-                Ok((shadow, air_shadow, resolve, rings, lists))
+                Ok((shadow, resolve, rings, lists))
             },
         );
-        let ((light_grid, light, blend), (shadow, air_shadow, resolve, rings, lists)) = (lit?, others?);
+        let ((light_grid, light, blend, air_shadow), (shadow, resolve, rings, lists)) =
+            (lit?, others?);
         Ok(Self {
             rings,
             lists,

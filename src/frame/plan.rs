@@ -24,7 +24,7 @@ pub enum Pass {
     Light,
     /// Deep shadow maps.
     Shadow,
-    /// Sunlight that clouds take from the air.
+    /// What clouds change of the light of air and ground.
     AirShadow,
     /// Particles to pixels.
     Blend,
@@ -107,8 +107,9 @@ impl FramePlan {
         let empty = now.is_empty();
         // Only what is shown is made: clouds, and shadows where there is anything to see them on.
         let has_clouds = !empty && now.in_view.clouds;
-        let has_air_shadow = !empty && now.in_view.air;
-        let has_shadows = has_air_shadow || (!empty && now.in_view.ground);
+        let has_shadows = !empty && now.in_view.ground;
+        // Without clouds in view there is no light field; what others change of the air is left.
+        let has_air_shadow = has_clouds && now.has_air();
         let has_particles = has_clouds || has_shadows;
         let stale = |product| changes.is_stale(product, None);
         let relit = has_clouds && changes.is_stale(Product::Light, Some(Input::Camera));
@@ -176,8 +177,8 @@ impl FramePlan {
         decide(
             Pass::AirShadow,
             air_shadow,
-            "particles, sun, camera or sky changed",
-            unless_empty(if has_air_shadow { "unchanged" } else { "no air in view that clouds may shade" }),
+            "clouds, their light, sky or camera changed",
+            or_unseen(if has_air_shadow { "air unchanged" } else { "there is no air" }),
         );
         let blended_why = if clouds_changed { moved } else { "pixels of the past" };
         decide(Pass::Blend, clouds, blended_why, or_unseen("clouds unchanged"));

@@ -31,7 +31,7 @@ impl ResolvePass {
         gpu: &Gpu,
         frame: &wgpu::Buffer,
         shadow: &ShadowJob,
-        lost_light: &wgpu::Buffer,
+        changed_light: &wgpu::Buffer,
         targets: &Targets,
     ) -> wgpu::BindGroup {
         let picture = targets.picture.create_view(&Default::default());
@@ -44,7 +44,7 @@ impl ResolvePass {
                 wgpu::BindingResource::TextureView(&picture),
                 shadow.uniforms.as_entire_binding(),
                 shadow.texels.as_entire_binding(),
-                lost_light.as_entire_binding(),
+                changed_light.as_entire_binding(),
             ],
         )
     }

@@ -88,8 +88,8 @@ pub struct Resources {
     pub light: LightResources,
     /// Binding of the shadow pass.
     pub shadow_bindings: wgpu::BindGroup,
-    /// Sunlight that is missing in the air.
-    pub lost_light: wgpu::Buffer,
+    /// What clouds change of the light of air and ground.
+    pub changed_light: wgpu::Buffer,
     /// Binding of the air shadow pass.
     pub air_shadow_bindings: wgpu::BindGroup,
     /// Counts of the blend: look-ups, pixels, empty tiles.
@@ -189,9 +189,9 @@ impl Resources {
             let bindings = passes.blend.bind(gpu, &inputs, [&job.fresh, &job.fresh_distance]);
             (job, bindings)
         });
-        let lost_light = passes.air_shadow.lost_light(gpu, layout.size);
-        let air_shadow_bindings = passes.air_shadow.bind(gpu, &frame, shadow, &lost_light);
-        let resolve_bindings = passes.resolve.bind(gpu, &frame, shadow, &lost_light, &targets);
+        let changed_light = passes.air_shadow.changed_light(gpu, layout.size);
+        let air_shadow_bindings = passes.air_shadow.bind(gpu, &frame, shadow, &changed_light);
+        let resolve_bindings = passes.resolve.bind(gpu, &frame, shadow, &changed_light, &targets);
         let tonemap_bindings = passes.tonemap.bind(gpu, &frame, &targets);
         Self {
             layout,
@@ -204,7 +204,7 @@ impl Resources {
             screen,
             light,
             shadow_bindings,
-            lost_light,
+            changed_light,
             air_shadow_bindings,
             blend_counts,
             blend_bindings,
@@ -228,7 +228,7 @@ impl Resources {
             + self.screen.bytes()
             + self.light.lists.bytes()
             + self.targets.bytes()
-            + self.lost_light.size()
+            + self.changed_light.size()
             + self.reuse.as_ref().map_or(0, |(job, _)| job.bytes())
     }
 }

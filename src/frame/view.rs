@@ -108,7 +108,7 @@ pub fn frame_uniforms(
 }
 
 /// The axes of the picture along the lines of a light.
-fn picture_axes(towards: DVec3) -> [DVec3; 2] {
+pub fn picture_axes(towards: DVec3) -> [DVec3; 2] {
     let sideways = DVec3::Y.cross(towards);
     // Straight up or down any horizontal axis does.
     const PARALLEL: f64 = 1e-6;

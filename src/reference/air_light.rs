@@ -15,7 +15,8 @@ use glam::DVec3;
 use super::geometry::{Medium, Ray};
 use super::random::Random;
 use super::transport::{
-    AirHere, AirLobe, Flight, GROUND_OFFSET, Light, Matter, Surroundings, cosine_direction, fly, turned,
+    AirHere, AirLobe, Flight, GROUND_OFFSET, Light, Matter, Surroundings, cosine_direction, fly,
+    turned,
 };
 use crate::frame::cpu::atmosphere::{AEROSOL_MEAN_COSINE, aerosol_phase, rayleigh_phase};
 

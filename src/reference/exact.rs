@@ -4,12 +4,13 @@
 
 use glam::DVec3;
 
-use self::air::AirAlong;
+use self::air::{AirAlong, AirChange, Clouded};
 use super::geometry::Ray;
 use super::grid::ParticleGrid;
 use super::particles::WorldParticle;
 use super::world::Densities;
 use crate::Result;
+use crate::frame::cpu::air_shadow::{CloudLight, light_on_ground};
 use crate::frame::cpu::lighting::{Before, ChordLight, RayLight};
 use crate::frame::cpu::segments::{ChordInputs, Composed, STEPS, mean_scatter_fraction};
 use crate::frame::cpu::sky::Sky;
@@ -50,6 +51,7 @@ pub struct Exact<'a> {
     lights: Vec<ParticleLight>,
     sky: Sky,
     has_air: bool,
+    clouded: Clouded,
     has_ground: bool,
     is_filtered: bool,
 }
@@ -139,6 +141,7 @@ impl<'a> Exact<'a> {
             sky,
             has_air: matches!(scene.sky, SkyOf::Atmosphere),
             has_ground: scene.effective_ground().is_some(),
+            clouded: Clouded::new(&placed, scene.sun.direction),
             grid: ParticleGrid::new(placed),
             is_filtered: false,
         })
@@ -152,18 +155,28 @@ impl<'a> Exact<'a> {
 
     /// What is seen in a direction from the eye.
     pub fn pixel(&self, dir: DVec3) -> ExactPixel {
-        let clouds = self.clouds(dir, self.far(dir));
-        self.with_behind(dir, &clouds)
+        let (far, change) = (self.far(dir), self.air_change(dir));
+        let clouds = self.clouds_before(dir, far, &change);
+        self.with_behind(dir, &clouds, &change)
+    }
+
+    /// What clouds change of the light of the air of a ray.
+    fn air_change(&self, dir: DVec3) -> AirChange {
+        let far = if self.has_air { self.far(dir) } else { 0.0 };
+        let light = CloudLight { sun_depth: self.inputs.sun_depth, field: self.inputs.field };
+        AirChange::new(&self.sky, &self.clouded, dir, far, &light)
     }
 
     /// The same of clouds that have been composed without the air: it is taken at their distance, as the frame does.
     pub fn pixel_of(&self, dir: DVec3, mut clouds: Composed) -> ExactPixel {
+        let change = self.air_change(dir);
         if self.has_air && clouds.transmittance < 1.0 {
             let air = self.sky.air_between(dir, clouds.distance);
             let opacity = 1.0 - clouds.transmittance;
-            clouds.radiance = clouds.radiance * air.transmittance + opacity * air.inscatter;
+            let added = change.of(air.inscatter, clouds.distance);
+            clouds.radiance = clouds.radiance * air.transmittance + opacity * added;
         }
-        self.with_behind(dir, &clouds)
+        self.with_behind(dir, &clouds, &change)
     }
 
     /// Where rays end: m, to the ground, if they meet it.
@@ -172,7 +185,7 @@ impl<'a> Exact<'a> {
         if ground >= 0.0 { ground } else { f64::INFINITY }
     }
 
-    fn with_behind(&self, dir: DVec3, clouds: &Composed) -> ExactPixel {
+    fn with_behind(&self, dir: DVec3, clouds: &Composed, change: &AirChange) -> ExactPixel {
         let ground = self.far(dir);
         let scale = f64::from(self.inputs.frame.delta_scale);
         let straight = clouds.transmittance.powf(1.0 / scale);
@@ -180,13 +193,18 @@ impl<'a> Exact<'a> {
             DVec3::ZERO
         } else if ground.is_finite() {
             let sunlit = (-(self.inputs.sun_depth)(dir * ground)).exp();
-            let light = self.sky.ground_radiance(dir, ground, sunlit);
+            let [by_clouds, sky] = if self.has_air {
+                light_on_ground(self.inputs.field, dir * ground)
+            } else {
+                [0.0, 1.0]
+            };
+            let light = self.sky.ground_radiance(dir, ground, [sunlit, by_clouds, sky]);
             let air = self.sky.air_between(dir, ground);
-            light * air.transmittance + air.inscatter
+            light * air.transmittance + change.of(air.inscatter, ground)
         } else {
             // The disc is seen by light that is not scattered at all, not even within the peak.
             let disc = self.sky.sun_disc_radiance(dir) * (straight / clouds.transmittance);
-            self.sky.sky_radiance(dir) + disc
+            change.of(self.sky.sky_radiance(dir), f64::INFINITY) + disc
         };
         ExactPixel {
             radiance: clouds.radiance + clouds.transmittance * behind,
@@ -217,6 +235,10 @@ impl<'a> Exact<'a> {
 
     /// The clouds up to a distance (m), with the air before them.
     pub fn clouds(&self, dir: DVec3, far: f64) -> Composed {
+        self.clouds_before(dir, far, &self.air_change(dir))
+    }
+
+    fn clouds_before(&self, dir: DVec3, far: f64, change: &AirChange) -> Composed {
         let ray = Ray { origin: DVec3::ZERO, dir };
         let chords = self.chords(&ray, far);
         let lit = self.inputs.ray(dir);
@@ -224,7 +246,7 @@ impl<'a> Exact<'a> {
         events.sort_by(f64::total_cmp);
         let mut sum = Composed { radiance: DVec3::ZERO, transmittance: 1.0, distance: 0.0 };
         let (Some(&first), Some(&last)) = (events.first(), events.last()) else { return sum };
-        let air = self.has_air.then(|| AirAlong::new(&self.sky, dir, first, last));
+        let air = self.has_air.then(|| AirAlong::new(&self.sky, dir, first, last, change));
         let mut since_gap = 0.0;
         for piece in events.windows(2) {
             let [from, to] = [piece[0], piece[1]];

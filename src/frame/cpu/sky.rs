@@ -4,10 +4,7 @@
 use glam::{DVec3, DVec4};
 use std::f64::consts::PI;
 
-use super::atmosphere::{
-    aerosol_phase, air_span, altitude_along, distance_to_ground, horizon_squared, medium_at,
-    rayleigh_phase,
-};
+use super::atmosphere::{air_span, altitude_along, distance_to_ground, horizon_squared, medium_at};
 use super::sky_march::{Air, AirRay, sun_mu_along};
 use crate::frame::sky::gpu_data::{PLANET_RADIUS, disc_peak, disc_profile, seen_from};
 use crate::frame::sky::spectrum::{Coefficients, reflectance, to_rgb};
@@ -69,7 +66,8 @@ impl Sky {
         }
     }
 
-    fn ray(&self, dir: DVec3) -> AirRay {
+    /// A ray from the camera.
+    pub fn ray(&self, dir: DVec3) -> AirRay {
         AirRay {
             altitude: self.altitude,
             mu: dir.y,
@@ -169,15 +167,9 @@ impl Sky {
         [seen.map(to_rgb), seen.map(|seen| to_rgb(seen * sunlight) * self.irradiance)]
     }
 
-    /// Light that the air of a piece of a ray sends to the eye from the sun's beam alone, rgb; the piece's
-    /// middle and length in m.
-    pub fn sunlit_air(&self, dir: DVec3, middle: f64, length: f64) -> DVec3 {
-        if self.uniform().is_some() {
-            return DVec3::ZERO;
-        }
-        let cosine = dir.dot(self.sun).clamp(-1.0, 1.0);
-        let [_, [molecules, aerosol]] = self.air_at(dir, middle);
-        (molecules * rayleigh_phase(cosine) + aerosol * aerosol_phase(cosine)) * length
+    /// Light at the four wavelengths per unit of the sun's irradiance as rgb of this sun.
+    pub fn colour_of(&self, light: DVec4) -> DVec3 {
+        to_rgb(light) * self.irradiance
     }
 
     /// Irradiance of sun and sky on bare ground, rgb, where this is the cosine of the sun's zenith angle.
@@ -193,21 +185,23 @@ impl Sky {
         distance_to_ground(self.altitude, dir.y)
     }
 
-    /// Radiance of the ground at a distance (m), before the air in front of it; `sun_visibility`
-    /// is the share of the sunlight that the clouds let through.
-    pub fn ground_radiance(&self, dir: DVec3, distance: f64, sun_visibility: f64) -> DVec3 {
+    /// Radiance of the ground at a distance (m), before the air in front of it. `light`: share of the sunlight
+    /// that the clouds let through, irradiance that they scatter down per unit of the sun's on a surface that
+    /// faces it, share of the skylight that they let through; 1, 0, 1 without them.
+    pub fn ground_radiance(&self, dir: DVec3, distance: f64, light: [f64; 3]) -> DVec3 {
         let sun_mu = sun_mu_along(&self.ray(dir), 0.0, distance);
         let albedo = self.inputs.ground_albedo.as_dvec3();
-        let level = sun_mu.max(0.0) * sun_visibility;
-        let light = match self.uniform() {
-            Some(radiance) => DVec3::splat(level * self.irradiance) + radiance * PI,
+        let level = sun_mu.max(0.0) * light[0];
+        let by_clouds = light[1] * self.sun_irradiance_at(0.0);
+        let others = match self.uniform() {
+            Some(radiance) => DVec3::splat(level * self.irradiance) + radiance * light[2] * PI,
             None => {
                 let place = glam::DVec2::new(super::atmosphere::sun_place(sun_mu), 0.0);
                 let direct = self.air.sunlight(0.0, sun_mu) * level;
-                colour(direct + self.air.ground.at(place)) * self.irradiance
+                colour(direct + self.air.ground.at(place) * light[2]) * self.irradiance
             }
         };
-        albedo / PI * light
+        albedo / PI * (others + by_clouds)
     }
 
     /// Angle from the horizontal down to the horizon, rad.

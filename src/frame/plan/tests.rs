@@ -8,12 +8,12 @@ use crate::scene::CloudField;
 
 fn key() -> FrameKey {
     FrameKey {
-        frame: FrameUniforms { has_ground: 1, ..FrameUniforms::zeroed() },
+        frame: FrameUniforms { has_ground: 1, has_air: 1, ..FrameUniforms::zeroed() },
         clouds: Some(PlacedField::new(&CloudField::default(), glam::DVec3::ZERO, 0.0, &[], 0, 0)),
         listed: Vec::new(),
         light: LightView::zeroed(),
         shadow: ShadowUniforms::zeroed(),
-        in_view: InView::ALL,
+        in_view: InView { clouds: true, ground: true },
     }
 }
 
@@ -107,7 +107,7 @@ fn what_is_out_of_view_waits_until_it_is_seen() {
     let shadows = [Pass::Rings, Pass::Project, Pass::Sort, Pass::TileLists, Pass::Shadow];
     let picture = [Pass::Resolve, Pass::Tonemap];
     now.frame.forward = [0.0, 1.0, 0.0, 0.0];
-    now.in_view = InView { clouds: false, ground: false, air: false };
+    now.in_view = InView { clouds: false, ground: false };
     moving(&mut now);
     assert_eq!(running(&frame(&mut changes, &now, false, NONE)), picture);
     // Nothing moves in an empty view.
@@ -120,13 +120,8 @@ fn what_is_out_of_view_waits_until_it_is_seen() {
     assert_eq!(running(&plan), [&shadows[..], &picture].concat());
     assert!(!plan.makes(Product::ScreenLists) && !plan.relit());
     assert!(plan.runs(Pass::Shadow));
-    // Air without ground: the same shadows there.
-    now.in_view = InView { clouds: false, ground: false, air: true };
-    moving(&mut now);
-    let plan = frame(&mut changes, &now, false, NONE);
-    assert_eq!(running(&plan), [&shadows[..], &[Pass::AirShadow], &picture].concat());
     // Turned back without anything else: what was left out so far is made, and no more.
-    now.in_view = InView::ALL;
+    now.in_view.clouds = true;
     let plan = frame(&mut changes, &now, false, ALL);
     assert!(plan.makes(Product::ScreenLists) && !plan.makes(Product::Particles) && plan.relit());
     assert!(!plan.makes(Product::LightLists) && !plan.runs(Pass::Shadow));

@@ -35,8 +35,12 @@ impl Renderer {
         }
         let any = clouds.is_some() || !listed.is_empty();
         let has_clouds = any && in_view.clouds && self.omit != Some(Pass::Blend);
-        let has_air_shadow = any && in_view.air && self.omit != Some(Pass::AirShadow);
-        let has_shadows = any && (in_view.ground || in_view.air);
+        let has_shadows = any && in_view.ground;
+        let has_air_shadow = any
+            && in_view.clouds
+            && matches!(scene.sky, Sky::Atmosphere)
+            && self.omit != Some(Pass::AirShadow)
+            && !self.composer.as_ref().is_some_and(|c| c.unneeded().contains(&Pass::AirShadow));
         // What a picture without clouds does not depend on shall not make it anew.
         let capacity = if has_clouds || has_shadows { self.capacities.particles } else { 0 };
         let bounds = bounds(scene, time);

@@ -151,12 +151,11 @@ impl Renderer {
                         );
                     }
                     Pass::AirShadow => {
-                        passes.air_shadow.encode(
-                            compute,
-                            key.frame.size,
-                            &resources.air_shadow_bindings,
-                            self.sky.march_group(),
-                        );
+                        if let Some(field) = self.grid.bind_group() {
+                            let groups = [self.sky.march_group(), sky_bindings, field];
+                            let bindings = &resources.air_shadow_bindings;
+                            passes.air_shadow.encode(compute, key.frame.size, bindings, groups);
+                        }
                     }
                     Pass::Resolve => {
                         let bindings = &resources.resolve_bindings;

@@ -179,7 +179,17 @@ impl SkyPass {
         let read = [&t.ground, &t.altitude, &t.view, &t.air_sources, &t.air_depths];
         let group = tables::bind(gpu, &layout, &uniforms, &sampler, &read);
         let march_group = sources(all);
-        Ok(Self { layout, group, march, march_group, uniforms, tables: t, stages: stages?, last: None, made: None })
+        Ok(Self {
+            layout,
+            group,
+            march,
+            march_group,
+            uniforms,
+            tables: t,
+            stages: stages?,
+            last: None,
+            made: None,
+        })
     }
 
     /// Layout of the bind group that passes read the sky through (group 2).

@@ -175,7 +175,7 @@ fn the_ground_is_lit_as_the_twin_says() {
         for visibility in [0.0, 0.25, 1.0] {
             let asked = Query { visibility: visibility as f32, ..query(dir, distance, 0.0) };
             let got = rgb(bench.ask(&[asked])[0].ground);
-            let expected = sky.ground_radiance(dir, distance, visibility);
+            let expected = sky.ground_radiance(dir, distance, [visibility, 0.04, 0.9]);
             // Half floats, and one table between the two.
             assert!((got / expected - 1.0).abs().max_element() < 4e-3, "{got} {expected}");
         }
