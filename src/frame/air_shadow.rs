@@ -11,7 +11,7 @@ pub const BLOCK: u32 = 8;
 /// Nodes along a ray, behind the first; as in the shader.
 pub const NODES: u32 = 24;
 /// Numbers of a ray: those of its nodes and of the ground behind them; as in the shader.
-const ENTRIES: usize = NODES as usize + 2;
+pub const ENTRIES: usize = NODES as usize + 2;
 /// Bytes of one.
 const ENTRY_BYTES: usize = 8;
 

@@ -5,7 +5,7 @@ use super::Renderer;
 use crate::frame::Picture;
 use crate::frame::composer::Composer;
 use crate::frame::cpu::light_grid::FieldSeen;
-use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight};
+use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight, ShadowUniforms};
 use crate::frame::light_grid::{GridSettings, LightGrid};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -35,6 +35,23 @@ impl Renderer {
     /// The buffers of the light that the light grid shows, whose solution is whole: sources and lights.
     pub fn solved_light(&self) -> Option<[&wgpu::Buffer; 2]> {
         self.grid.solved()
+    }
+
+    /// What the last frame knows of the air under clouds, read back: where the shadow maps lie, their texels, and
+    /// entry after entry of ray after ray of [`super::super::air_shadow`].
+    pub fn air_shadow(&self) -> Result<(ShadowUniforms, Vec<[u32; 4]>, Vec<[u32; 2]>)> {
+        let Some(resources) = &self.resources else {
+            return Err(Error::Gpu("no frame was made".to_owned()));
+        };
+        let maps = self.gpu.read_buffer::<ShadowUniforms>(&self.shadow.uniforms, 1)?;
+        let maps = *maps.first().ok_or_else(|| Error::Gpu("no shadow maps".to_owned()))?;
+        let texels = self.shadow.bytes() as usize / size_of::<[u32; 4]>();
+        let entries = resources.changed_light.size() as usize / size_of::<[u32; 2]>();
+        Ok((
+            maps,
+            self.gpu.read_buffer(&self.shadow.texels, texels)?,
+            self.gpu.read_buffer(&resources.changed_light, entries)?,
+        ))
     }
 
     /// Lengths of the lists of the last frame's tiles on screen, row by row; read back.
