@@ -23,6 +23,8 @@ pub enum Rule {
     /// Words of two 16-bit floats, light of the light grid: not negative where its solution is whole. On its
     /// way a relaxed step may pass its goal.
     Solved,
+    /// Words of two 16-bit floats, finite.
+    Halves,
     /// A texel of a deep shadow map: places of [`NODES`] nodes along the sun's ray, 16 bits each, and one
     /// number more, which may be any.
     Nodes,
@@ -129,6 +131,7 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("light_field.lights", Rule::Solved),
     // Bound to the passes that read it as whole words, too.
     ("shadow.texels", Rule::Nodes),
+    ("air_shadow.changed_light", Rule::Halves),
     ("ReuseUniforms.right", ANY),
     ("ReuseUniforms.up", ANY),
     ("ReuseUniforms.forward", ANY),
@@ -256,6 +259,8 @@ pub const WHOLE: &[&str] = &[
     "shadow.cut",
     "blend.shadow_texels",
     "resolve.shadow_texels",
+    "air_shadow.shadow_texels",
+    "resolve.changed_light",
     "blend.tile_offsets",
     "blend.tile_entries",
     "blend.counts",
