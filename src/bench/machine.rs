@@ -44,7 +44,13 @@ fn commit() -> Option<String> {
     if let Some(commit) = option_env!("CUMULI_COMMIT") {
         return Some(commit.to_owned());
     }
-    let tree = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let built = std::env::current_exe().ok()?.metadata().ok()?.modified().ok()?;
+    commit_of(Path::new(env!("CARGO_MANIFEST_DIR")), built)
+}
+
+/// What git says of a source tree. A tree that has gone on since the program was built does not tell which commit
+/// that was.
+fn commit_of(tree: &Path, built: SystemTime) -> Option<String> {
     // Without one of its own, git would take that of a folder above.
     if !tree.join(".git").exists() {
         return None;
@@ -52,13 +58,7 @@ fn commit() -> Option<String> {
     let described = git(tree, &["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"])?;
     let seconds = git(tree, &["log", "-1", "--format=%ct"])?.parse().ok()?;
     let committed = SystemTime::UNIX_EPOCH + Duration::from_secs(seconds);
-    let built = std::env::current_exe().ok()?.metadata().ok()?.modified().ok()?;
-    Some(told(described, built < committed))
-}
-
-/// A tree that has gone on since the program was built does not tell which commit that was.
-fn told(described: String, is_older: bool) -> String {
-    if is_older { format!("before-{described}") } else { described }
+    Some(if built < committed { format!("before-{described}") } else { described })
 }
 
 fn git(tree: &Path, arguments: &[&str]) -> Option<String> {
@@ -89,8 +89,27 @@ mod tests {
     }
 
     #[test]
-    fn a_program_older_than_its_tree_says_so() {
-        assert_eq!(told("12ab-dirty".to_owned(), false), "12ab-dirty");
-        assert_eq!(told("12ab".to_owned(), true), "before-12ab");
+    fn a_commit_is_told_that_the_program_may_be_of() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let tree = folder.path();
+        let run = |arguments: &[&str]| {
+            let author = ["-c", "user.name=nobody", "-c", "user.email=nobody@example.org"];
+            git(tree, &[&author[..], arguments].concat())
+        };
+        let now = SystemTime::now();
+        assert_eq!(commit_of(tree, now), None, "a folder without a tree of its own");
+        run(&["init"]).expect("git");
+        assert_eq!(commit_of(tree, now), None, "a tree without a commit");
+        let file = tree.join("file");
+        std::fs::write(&file, "first").expect("a file");
+        run(&["add", "file"]);
+        run(&["-c", "commit.gpgsign=false", "commit", "-m", "first"]).expect("a commit");
+        let hash = run(&["rev-parse", "--short=12", "HEAD"]).expect("its hash");
+        let later = SystemTime::now() + Duration::from_secs(1);
+        let earlier = now - Duration::from_secs(3600);
+        assert_eq!(commit_of(tree, later), Some(hash.clone()));
+        assert_eq!(commit_of(tree, earlier), Some(format!("before-{hash}")));
+        std::fs::write(&file, "second, and longer").expect("a file");
+        assert_eq!(commit_of(tree, later), Some(format!("{hash}-dirty")));
     }
 }

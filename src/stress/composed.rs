@@ -3,14 +3,15 @@
 
 use glam::{DVec3, Vec3};
 
-use super::difference::{Difference, Unexplained, is_beyond, worse};
-use super::explained::Steps;
+use super::difference::{Difference, MOST_RADIANCE, Unexplained, is_beyond, worse};
+use super::explained::{Steps, is_listed};
 use super::{Case, Energy, Made};
 use crate::Result;
 use crate::error::Error;
 use crate::frame::Picture;
 use crate::frame::cpu::light_grid::FieldSeen;
 use crate::frame::cpu::segments::ChordInputs;
+use crate::frame::cpu::shadow::{between_texels, texel_side};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::cpu::sky_march::Air;
 use crate::frame::gpu_data::Particle;
@@ -101,8 +102,10 @@ impl Composed<'_> {
         let frame =
             frame_uniforms(scene, &scene.camera, size, truncation, shift, &quality, 0, [true; 3]);
         let truth = SunTruth::new(tables, &particles, scene.sun.direction)?;
-        let sun_depth = &|point: DVec3| truth.depth(point);
-        let inputs = || ChordInputs {
+        let sun_depth = |point: DVec3| truth.depth(point);
+        let maps = renderer.shadow_places()?;
+        let between = |point: DVec3| between_texels(&maps, point, |at| truth.depth(at));
+        let inputs = |sun_depth| ChordInputs {
             frame: &frame,
             tables,
             scattering,
@@ -116,14 +119,17 @@ impl Composed<'_> {
             particles.iter().filter(|p| p.shape != UNIFORM).copied().collect();
         let sky = sky(scene, air);
         let exact =
-            Exact::with_sky(scene, inputs(), particles.clone(), lights.clone(), sky)?.filtered();
-        let steps = Steps {
+            Exact::with_sky(scene, inputs(&sun_depth), particles.clone(), lights.clone(), sky)?
+                .filtered();
+        let (in_truth, in_texels) = (inputs(&sun_depth), inputs(&between));
+        let with = |inputs| Steps {
             exact: &exact,
-            inputs: &inputs(),
+            inputs,
             particles: &particles,
             lights: &lights,
             quality: &quality,
         };
+        let (steps, steps_in_texels) = (with(&in_truth), with(&in_texels));
         let view = View::new(&scene.camera, size, None, Filter::Centre);
         let count = picture.radiance.len();
         let looked_at = count.min(PIXELS);
@@ -170,8 +176,18 @@ impl Composed<'_> {
             let [few, many] = steps.few_and_many(dir);
             let is_cloud = all <= CLOUD;
             let left = if is_cloud { apart(many, expected) } else { [0.0; 2] };
-            let unexplained = Unexplained { march: apart(frame, few), left };
-            most = most.or_worse(unexplained);
+            let mut march = apart(frame, few);
+            // Where outlines are all or nothing, they are so towards the sun as well: there a texel is told from its
+            // neighbours, as long as it is no wider than what the ray meets.
+            let met = particles.iter().filter(|p| is_listed(p) && meets(p, dir));
+            let texels_show = met.clone().all(|p| {
+                let [x, y, z] = p.centre.map(f64::from);
+                texel_side(&maps, DVec3::new(x, y, z)) <= f64::from(p.radius)
+            });
+            if !is_cloud && texels_show && is_beyond(march[1], MOST_RADIANCE) {
+                march = apart(frame, steps_in_texels.few_and_many(dir)[0]);
+            }
+            most = most.or_worse(Unexplained { march, left });
         }
         if found.pixels == 0 {
             return Ok(None);

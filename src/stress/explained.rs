@@ -19,10 +19,16 @@ const OPAQUE: f64 = 1e-9;
 /// The march of a frame, in f64.
 pub(super) struct Steps<'a> {
     pub exact: &'a Exact<'a>,
+    /// With the true depth to the sun, or with that between texels of the shadow maps.
     pub inputs: &'a ChordInputs<'a>,
     pub particles: &'a [Particle],
     pub lights: &'a [ParticleLight],
     pub quality: &'a Quality,
+}
+
+/// Whether a particle is in the lists of the frame at all: without matter it sets no steps.
+pub(super) fn is_listed(particle: &Particle) -> bool {
+    particle.extinction > 0.0
 }
 
 impl Steps<'_> {
@@ -31,7 +37,7 @@ impl Steps<'_> {
         let nearest =
             |p: &Particle| DVec3::from(p.centre.map(f64::from)).length() - f64::from(p.radius);
         let both = self.particles.iter().zip(self.lights);
-        let mut met: Vec<_> = both.filter(|(p, _)| meets(p, dir)).collect();
+        let mut met: Vec<_> = both.filter(|(p, _)| is_listed(p) && meets(p, dir)).collect();
         met.sort_by(|a, b| nearest(a.0).total_cmp(&nearest(b.0)));
         let particles: Vec<_> = met.iter().map(|(p, _)| **p).collect();
         let lights: Vec<_> = met.iter().map(|(_, l)| **l).collect();

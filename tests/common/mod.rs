@@ -50,6 +50,16 @@ pub struct Snippet<'a> {
 
 /// Runs a snippet on every value of an array, on the device.
 pub fn map<I: Pod, O: Pod>(snippet: Snippet<'_>, groups: &[Group<'_>], inputs: &[I]) -> Vec<O> {
+    map_with(snippet, groups, &[], inputs)
+}
+
+/// The same of a snippet that declares more bindings of group 0, from 2 on.
+pub fn map_with<I: Pod, O: Pod>(
+    snippet: Snippet<'_>,
+    groups: &[Group<'_>],
+    more: &[wgpu::BindingResource<'_>],
+    inputs: &[I],
+) -> Vec<O> {
     let Snippet { declarations, input, output, result } = snippet;
     let source = format!(
         "{declarations}
@@ -72,7 +82,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
         Kernel::new(gpu(), library(), ("snippet", source), &[], &layouts).expect("a kernel");
     let from = buffers::storage_with(gpu(), "inputs", inputs);
     let to = buffers::storage(gpu(), "outputs", inputs.len(), size_of::<O>());
-    let bindings = kernel.bind(gpu(), &[from.as_entire_binding(), to.as_entire_binding()]);
+    let own = [from.as_entire_binding(), to.as_entire_binding()];
+    let bindings = kernel.bind(gpu(), &[&own, more].concat());
     submit(|pass| {
         pass.set_pipeline(kernel.pipeline("main"));
         pass.set_bind_group(0, &bindings, &[]);

@@ -89,7 +89,8 @@ fn guards_have_names() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
     let mut paths = Vec::new();
     files(&root, &mut paths);
-    let mut nameless = Vec::new();
+    let guards = include_str!("../../docs/numeric-guards.md");
+    let (mut nameless, mut unlisted) = (Vec::new(), Vec::new());
     for path in &paths {
         let text = fs::read_to_string(path).expect("readable");
         for (number, line) in text.lines().enumerate() {
@@ -102,11 +103,19 @@ fn guards_have_names() {
                     && !word.starts_with("0x")
                     && word.contains('e')
             });
-            if exponent && !code.trim_start().starts_with("const ") {
+            let constant = code.trim_start().strip_prefix("const ");
+            let name = constant.and_then(|rest| rest.split([':', ' ']).next());
+            if let Some(name) =
+                name.filter(|name| exponent && !guards.contains(&format!("`{name}`")))
+            {
+                unlisted.push(name.to_owned());
+            }
+            if exponent && constant.is_none() {
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 nameless.push(format!("{name}:{}: {}", number + 1, code.trim()));
             }
         }
     }
     assert!(nameless.is_empty(), "{}:\n{}", nameless.len(), nameless.join("\n"));
+    assert!(unlisted.is_empty(), "not in docs/numeric-guards.md: {unlisted:?}");
 }

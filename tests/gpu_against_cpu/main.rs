@@ -2,6 +2,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod functions;
 mod growth;
 mod guards;
 mod light;
@@ -10,6 +11,7 @@ mod noise;
 mod numerics;
 mod pictures;
 mod project;
+mod reuse;
 mod rings;
 mod scan;
 mod shadow;

@@ -91,9 +91,6 @@ fn texels_are_those_of_the_twin() {
                 let worst = (0..7).fold(0.0f64, |w, k| w.max((found.at[k] - exact.at[k]).abs()));
                 let through = (found.rest - exact.rest).abs();
                 // Two steps of 16 bits; of lines that graze a particle the device may miss one.
-                if (worst > 2.0 / 65_535.0 + 1e-3 || through > 1e-3) && off % 40 == 1 {
-                    println!("DIF {at:?} {found:?} {exact:?}");
-                }
                 off += u32::from(worst > 2.0 / 65_535.0 + 1e-3 || through > 1e-3);
             }
             assert!(shaded > 100, "{shaded} texels in shadow");

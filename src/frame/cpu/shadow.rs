@@ -233,25 +233,98 @@ impl Maps<'_> {
 
     /// Optical depth from a point (m, relative to the camera) to the sun.
     pub fn depth(&self, point: DVec3) -> f64 {
-        let maps = self.uniforms;
+        let Some(look_up) = LookUp::new(self.uniforms, point) else { return 0.0 };
+        look_up.mix(|texel| self.nodes(look_up.map, texel).depth(look_up.at))
+    }
+}
+
+/// What a look-up of a point reads: a place between four texels of a map.
+struct LookUp {
+    map: usize,
+    /// Along the sun's ray, in units of the map's range.
+    at: f64,
+    /// Of the four the first.
+    first: [i64; 2],
+    /// From it to the next ones.
+    share: DVec2,
+}
+
+impl LookUp {
+    /// None off the maps.
+    fn new(maps: &ShadowUniforms, point: DVec3) -> Option<Self> {
         let place = DVec2::new(point.dot(axis(maps.axis_u)), point.dot(axis(maps.axis_v)));
         let along = -point.dot(axis(maps.towards));
-        for map in 0..maps.maps as usize {
+        (0..maps.maps as usize).find_map(|map| {
             let [x, y, side, _] = maps.corner[map].map(f64::from);
             let texel = (place - DVec2::new(x, y)) / side - 0.5;
             let margin = texel.min(f64::from(maps.resolution) - 1.0 - texel).min_element();
             let [begin, range, least, most] = maps.range[map].map(f64::from);
-            if margin >= BORDER && along >= least && along <= most {
-                let at = (along - begin) / range;
+            let is_inside = margin >= BORDER && along >= least && along <= most;
+            is_inside.then(|| {
                 let first = texel.floor();
-                let (u, v) = ((texel - first).x, (texel - first).y);
-                let [x, y] = [first.x as i64, first.y as i64];
-                let four = [[x, y], [x + 1, y], [x, y + 1], [x + 1, y + 1]];
-                let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
-                let depth = |texel| self.nodes(map, texel).depth(at).min(MOST_DEPTH);
-                return four.map(depth).iter().zip(weights).map(|(d, w)| d * w).sum();
-            }
+                let (at, share) = ((along - begin) / range, texel - first);
+                Self { map, at, first: [first.x as i64, first.y as i64], share }
+            })
+        })
+    }
+
+    /// Depths of the four texels, none of which counts as deeper than [`MOST_DEPTH`], weighted.
+    fn mix(&self, depth: impl Fn([i64; 2]) -> f64) -> f64 {
+        let ([x, y], [u, v]) = (self.first, self.share.to_array());
+        let four = [[x, y], [x + 1, y], [x, y + 1], [x + 1, y + 1]];
+        let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+        let depth = |texel| depth(texel).min(MOST_DEPTH);
+        four.map(depth).iter().zip(weights).map(|(d, w)| d * w).sum()
+    }
+}
+
+/// Optical depth from a point to the sun between texels that are exact along their rays: what maps that lie so would
+/// tell if they had any number of nodes. `truth` is the depth from any point.
+pub fn between_texels(maps: &ShadowUniforms, point: DVec3, truth: impl Fn(DVec3) -> f64) -> f64 {
+    let Some(look_up) = LookUp::new(maps, point) else { return 0.0 };
+    let side = f64::from(maps.corner[look_up.map][2]);
+    look_up.mix(|texel| {
+        let texel = DVec2::new(texel[0] as f64, texel[1] as f64);
+        let first = DVec2::new(look_up.first[0] as f64, look_up.first[1] as f64);
+        let beside = (texel - first - look_up.share) * side;
+        truth(point + beside.x * axis(maps.axis_u) + beside.y * axis(maps.axis_v))
+    })
+}
+
+/// Side of a texel of the map that tells of a point, m; 0 off the maps, where nothing has a shadow.
+pub fn texel_side(maps: &ShadowUniforms, point: DVec3) -> f64 {
+    LookUp::new(maps, point).map_or(0.0, |look_up| maps.corner[look_up.map][2].into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn between_texels_what_is_linear_is_exact_and_nothing_is_deeper_than_the_most() {
+        let mut maps: ShadowUniforms = bytemuck::Zeroable::zeroed();
+        maps.axis_u = [1.0, 0.0, 0.0, 0.0];
+        maps.axis_v = [0.0, 0.0, 1.0, 0.0];
+        maps.towards = [0.0, 1.0, 0.0, 0.0];
+        (maps.maps, maps.resolution) = (1, 32);
+        maps.corner[0] = [-160.0, -160.0, 10.0, 0.0];
+        maps.range[0] = [-500.0, 1000.0, -1e30, 1e30];
+        let linear = |p: DVec3| 8.0 + 0.02 * p.x - 0.03 * p.z - 0.01 * p.y;
+        for point in [DVec3::ZERO, DVec3::new(33.3, 120.0, -71.0), DVec3::new(-99.0, -7.0, 5.5)] {
+            assert!(
+                (between_texels(&maps, point, linear) - linear(point)).abs() < 1e-12,
+                "{point}"
+            );
+            assert_eq!(between_texels(&maps, point, |_| 5000.0), MOST_DEPTH);
+            assert_eq!(texel_side(&maps, point), 10.0);
         }
-        0.0
+        // A step between two texels is halved in the middle of them.
+        let step = |p: DVec3| if p.x > 0.0 { 1e4 } else { 0.0 };
+        assert_eq!(between_texels(&maps, DVec3::ZERO, step), 0.5 * MOST_DEPTH);
+        let outside = DVec3::X * 1e4;
+        assert_eq!(
+            (between_texels(&maps, outside, linear), texel_side(&maps, outside)),
+            (0.0, 0.0)
+        );
     }
 }

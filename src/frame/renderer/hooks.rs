@@ -24,6 +24,12 @@ impl Renderer {
         Ok((particles, self.gpu.read_buffer(&resources.particle_lights, count)?))
     }
 
+    /// Where the deep shadow maps of the last frame that made them lie, read back.
+    pub fn shadow_places(&self) -> Result<ShadowUniforms> {
+        let read = self.gpu.read_buffer::<ShadowUniforms>(&self.shadow.uniforms, 1)?;
+        read.first().copied().ok_or_else(|| Error::Gpu("no frame was made".to_owned()))
+    }
+
     /// What the light grid sends to the last frame's eye, read back; nothing where no frame had clouds in view yet.
     pub fn field(&self) -> Result<FieldSeen> {
         match self.solved_light() {

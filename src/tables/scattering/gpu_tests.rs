@@ -110,6 +110,12 @@ fn shader_lookup_equals_its_twin() {
             if dir.dot(entry) > 0.0 {
                 dir = -dir;
             }
+            // Some through the centre, some along the surface: the first and last slices of the table.
+            match i % 40 {
+                5 => dir = -entry,
+                6 => dir = dir.cross(entry).normalize(),
+                _ => {}
+            }
             // A tenth of the rays looks almost into the sun, some exactly, some exactly away.
             let sun = match i % 30 {
                 0 | 1 => (dir + 0.01 * direction(i, 0.7)).normalize(),
