@@ -60,8 +60,9 @@ fn rays_are_those_of_the_twin() {
     let scene = clump();
     let mut renderer = renderer(&scene, &settings(Preset::High));
     renderer.render(&scene, 0.0, SIZE).expect("a frame");
-    let (uniforms, texels, entries) = renderer.air_shadow().expect("what it knows");
-    let maps = Maps { uniforms: &uniforms, texels: &texels };
+    let known = renderer.air_shadow().expect("what it knows");
+    let (uniforms, entries) = (known.maps, known.entries);
+    let maps = Maps { uniforms: &uniforms, texels: &known.texels };
     let field = renderer.field().expect("a field");
     let light = CloudLight { sun_depth: &|point| maps.depth(point), field: &field };
     let sky = Sky::new(&sky_inputs(&scene), AIR_STEPS);
@@ -109,7 +110,7 @@ fn few_steps_on_few_rays_are_enough() {
     };
     let (with, renderer) = make(None);
     let (without, _) = make(Some(Pass::AirShadow));
-    let (uniforms, ..) = renderer.air_shadow().expect("what it knows");
+    let uniforms = renderer.air_shadow().expect("what it knows").maps;
     let (particles, _) = renderer.particles().expect("particles");
     let truth = SunTruth::new(&TABLES, &particles, scene.sun.direction).expect("particles");
     let field = renderer.field().expect("a field");

@@ -10,6 +10,16 @@ use crate::frame::light_grid::{GridSettings, LightGrid};
 use crate::scene::Scene;
 use crate::{Error, Result};
 
+/// What a frame knows of the air under clouds.
+pub struct AirShadow {
+    /// Where the shadow maps lie.
+    pub maps: ShadowUniforms,
+    /// Their texels.
+    pub texels: Vec<[u32; 4]>,
+    /// Entry after entry of ray after ray of [`crate::frame::air_shadow`].
+    pub entries: Vec<[u32; 2]>,
+}
+
 impl Renderer {
     /// The last frame's particles and their light, read back; in the order of the device's buffers.
     /// Only particles in view have light.
@@ -43,9 +53,8 @@ impl Renderer {
         self.grid.solved()
     }
 
-    /// What the last frame knows of the air under clouds, read back: where the shadow maps lie, their texels, and
-    /// entry after entry of ray after ray of [`super::super::air_shadow`].
-    pub fn air_shadow(&self) -> Result<(ShadowUniforms, Vec<[u32; 4]>, Vec<[u32; 2]>)> {
+    /// What the last frame knows of the air under clouds, read back.
+    pub fn air_shadow(&self) -> Result<AirShadow> {
         let Some(resources) = &self.resources else {
             return Err(Error::Gpu("no frame was made".to_owned()));
         };
@@ -53,11 +62,11 @@ impl Renderer {
         let maps = *maps.first().ok_or_else(|| Error::Gpu("no shadow maps".to_owned()))?;
         let texels = self.shadow.bytes() as usize / size_of::<[u32; 4]>();
         let entries = resources.changed_light.size() as usize / size_of::<[u32; 2]>();
-        Ok((
+        Ok(AirShadow {
             maps,
-            self.gpu.read_buffer(&self.shadow.texels, texels)?,
-            self.gpu.read_buffer(&resources.changed_light, entries)?,
-        ))
+            texels: self.gpu.read_buffer(&self.shadow.texels, texels)?,
+            entries: self.gpu.read_buffer(&resources.changed_light, entries)?,
+        })
     }
 
     /// Lengths of the lists of the last frame's tiles on screen, row by row; read back.
