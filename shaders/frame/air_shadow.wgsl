@@ -17,13 +17,14 @@
 
 const PI: f32 = 3.14159265;
 // What clouds send into the air, less the skylight that they hide from it, over what the field holds of their
-// sunlight, which is what droplets in its place would scatter to the eye. Fitted: see ARCHITECTURE.md.
-const NET: f32 = 0.45;
+// sunlight, which is what droplets in its place would scatter to the eye. Fitted: see
+// ARCHITECTURE.md.
+const NET: f32 = 0.4;
 // The same of the ground, where light from above is taken for even though most of it comes in level: what clouds
 // send counts by its height.
 const NET_GROUND: f32 = 0.25;
 // Steps from one node to the next.
-const STEPS: u32 = 4u;
+const STEPS: u32 = #{STEPS}u;
 // Steps to where the part begins where clouds are about.
 const STEPS_BEFORE: u32 = 12u;
 // Where a ray misses the ground, that next below the horizon stands for it: in angles to the horizon.
@@ -31,6 +32,13 @@ const BELOW_HORIZON: f32 = 1e-3;
 // Least share of the light from above in what the field holds of an even light: seen from straight above, where
 // it counts least, it is more than three times that.
 const LEAST_SHARE: f32 = 0.05;
+// Albedo of droplets below which the field, which holds what they scatter, tells nothing.
+const LEAST_ALBEDO: f32 = 1e-3;
+
+// Light that clouds leave at a place, as in the field, but for all directions that droplets would scatter from.
+fn light_around(point: vec3<f32>) -> vec2<f32> {
+    return scattered_light(point).xy / max(light_grid.albedo, LEAST_ALBEDO);
+}
 
 fn optical_depth(ray: AirRay, begin: f32, end: f32) -> vec4<f32> {
     let altitude = max(altitude_along(ray.altitude, ray.mu, 0.5 * (begin + end)), 0.0);
@@ -41,7 +49,7 @@ fn optical_depth(ray: AirRay, begin: f32, end: f32) -> vec4<f32> {
 fn added(ray: AirRay, phases: vec2<f32>, dir: vec3<f32>, begin: f32, end: f32) -> vec4<f32> {
     let middle = 0.5 * (begin + end);
     let beam = exp(-sun_depth(dir * middle)) - 1.0;
-    let scattered = NET * scattered_light(dir * middle - frame.grid_shift.xyz).x;
+    let scattered = NET * light_around(dir * middle - frame.grid_shift.xyz).x;
     let altitude = max(altitude_along(ray.altitude, ray.mu, middle), 0.0);
     let medium = medium_at(sky, altitude);
     let light = (medium.rayleigh * phases.x + medium.aerosol * phases.y) * beam
@@ -68,9 +76,11 @@ fn on_ground(dir: vec3<f32>) -> vec2<f32> {
     let level = max(length(dir.xz), BELOW_HORIZON);
     let flat = vec3(dir.x / level, 0.0, dir.z / level) * sqrt(1.0 - lowest * lowest);
     let seen = select(dir, vec3(flat.x, lowest, flat.z), dir.y > lowest);
-    let light = scattered_light(seen * ground_reach(sky.camera_altitude, seen.y) - frame.grid_shift.xyz);
+    let light = light_around(seen * ground_reach(sky.camera_altitude, seen.y) - frame.grid_shift.xyz);
     let even = max(share_from_above(seen), LEAST_SHARE);
-    return vec2(NET_GROUND * PI * light.x / even, mix(1.0, min(light.y / even, 1.0), NET_GROUND));
+    // Black droplets hide the sky, but nothing is known of how much of it.
+    let left = select(1.0, min(light.y / even, 1.0), light_grid.albedo >= LEAST_ALBEDO);
+    return vec2(NET_GROUND * PI * light.x / even, mix(1.0, left, NET_GROUND));
 }
 
 @compute @workgroup_size(8, 8)
@@ -79,7 +89,9 @@ fn air_shadow(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= corners) {
         return;
     }
-    let ndc = vec2<f32>(id.xy * BLOCK) / vec2<f32>(frame.size) * 2.0 - 1.0;
+    // Not beyond the picture: there the shadow maps hold nothing.
+    let corner = min(id.xy * BLOCK, frame.size);
+    let ndc = vec2<f32>(corner) / vec2<f32>(frame.size) * 2.0 - 1.0;
     let dir = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
     var ray: AirRay;
     ray.altitude = sky.camera_altitude;

@@ -21,11 +21,11 @@ fn between_entries(ray: u32, entry: f32) -> vec3<f32> {
 
 // Interpolated between the four rays around a pixel of a picture of this size.
 fn between_rays(pixel: vec2<u32>, size: vec2<u32>, entry: f32) -> vec3<f32> {
-    let place = (vec2<f32>(pixel) + 0.5) / f32(BLOCK);
-    let low = floor(place);
-    let share = place - low;
+    let low = pixel / BLOCK;
+    let sides = min(size - low * BLOCK, vec2(BLOCK));
+    let share = (vec2<f32>(pixel - low * BLOCK) + 0.5) / vec2<f32>(sides);
     let across = corners_of(size).x;
-    let ray = u32(low.y) * across + u32(low.x);
+    let ray = low.y * across + low.x;
     let upper = mix(between_entries(ray, entry), between_entries(ray + 1u, entry), share.x);
     let lower = mix(between_entries(ray + across, entry), between_entries(ray + across + 1u, entry), share.x);
     return mix(upper, lower, share.y);

@@ -2,15 +2,13 @@
 // pixels, at nodes along the part of each where clouds are about. Twin: src/frame/cpu/air_shadow.rs.
 #define_import_path cumuli::air_shadow_place
 
+#import cumuli::shadow_maps::{AIR_BELOW, AIR_SIDES}
 #import cumuli::sun_depth::shadow_maps
 
 const BLOCK: u32 = 8u;  // pixels a side
 const NODES: u32 = 24u; // along a ray, behind the first, where nothing has changed yet
 // Numbers of a ray: those of its nodes and of the ground behind them.
 const ENTRIES: u32 = NODES + 2u;
-// Below the lowest of what is shadowed rays go on so far (m): for rays that meet the ground farther out than a
-// flat one would be.
-const BELOW: f32 = 500.0;
 // Over the highest matter they begin or end so far (m): what clouds send up lights the air there too.
 const ABOVE: f32 = 1000.0;
 // Least component of a direction: along an axis across which it does not move it never leaves the maps.
@@ -35,10 +33,10 @@ fn within(span: vec2<f32>, low: f32, high: f32, slope: f32) -> vec2<f32> {
 fn clouded_span(dir: vec3<f32>) -> vec2<f32> {
     let corner = shadow_maps.corner[min(shadow_maps.maps, 8u) - 1u];
     let side = corner.z * f32(shadow_maps.resolution);
-    var span = vec2(0.0, 4.0 * side + shadow_maps.reach);
+    var span = vec2(0.0, AIR_SIDES * side + shadow_maps.reach);
     span = within(span, corner.x, corner.x + side, dot(dir, shadow_maps.axis_u.xyz));
     span = within(span, corner.y, corner.y + side, dot(dir, shadow_maps.axis_v.xyz));
-    span = within(span, shadow_maps.lowest - BELOW, shadow_maps.highest + ABOVE, dir.y);
+    span = within(span, shadow_maps.lowest - AIR_BELOW, shadow_maps.highest + ABOVE, dir.y);
     return span;
 }
 

@@ -164,6 +164,6 @@ fn ground_radiance(dir: vec3<f32>, distance: f32, light: vec3<f32>) -> vec3<f32>
     let x = texel_centre(sun_place(sun_mu), GROUND_SIZE.x);
     let direct = textureSampleLevel(ground, filtering, vec2(x, 1.5 / GROUND_SIZE.y), 0.0).rgb;
     let diffuse = textureSampleLevel(ground, filtering, vec2(x, 2.5 / GROUND_SIZE.y), 0.0).rgb;
-    let by_clouds = sky.ground_colour.rgb * (sun_irradiance_at(0.0) * (light.y / PI));
+    let by_clouds = sky.ground_colour.rgb * (light_at(0.0, 0.0) * (light.y / PI));
     return reflected * (direct * light.x + diffuse * light.z) / TABLE_SCALE + by_clouds;
 }

@@ -26,15 +26,16 @@ pub struct AirShadowPass {
 }
 
 impl AirShadowPass {
-    /// Compiles the pass. `groups`: the sky's tables that don't depend on the view, those that do, and the
+    /// Compiles the pass with `steps` steps from node to node. `groups`: the sky's tables that don't depend on the view, those that do, and the
     /// light field.
     pub fn new(
         gpu: &Gpu,
         library: &ShaderLibrary,
+        steps: u32,
         groups: &[&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
         let file = crate::shader_file!("frame/air_shadow.wgsl");
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], groups)? })
+        Ok(Self { kernel: Kernel::new(gpu, library, file, &[("STEPS", steps)], groups)? })
     }
 
     /// What it leaves for a picture of this size, pixels.

@@ -59,7 +59,7 @@ impl Passes {
                 let light = LightPass::new(gpu, library, &groups)?;
                 let blend = BlendPass::new(gpu, library, quality, &groups)?;
                 let groups = [march, sky, light_grid.layout()];
-                let air_shadow = AirShadowPass::new(gpu, library, &groups)?;
+                let air_shadow = AirShadowPass::new(gpu, library, quality.air_steps, &groups)?;
                 Ok((light_grid, light, blend, air_shadow))
             },
             || -> Result<_> {

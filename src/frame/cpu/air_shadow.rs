@@ -4,14 +4,14 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 
 use super::light_grid::{DIRECTIONS, FieldSeen, direction};
 use super::sky::Sky;
 use crate::frame::air_shadow::NODES;
 use crate::frame::gpu_data::ShadowUniforms;
 
-/// Below the lowest of what is shadowed rays go on so far, m.
+/// The air is shadowed so far below the lowest of what else is, m.
 const BELOW: f64 = 500.0;
 /// Over the highest matter they begin or end so far, m.
 pub const ABOVE: f64 = 1000.0;
@@ -19,13 +19,13 @@ pub const ABOVE: f64 = 1000.0;
 const LEAST_SHARE: f64 = 0.05;
 /// What clouds send into the air, less the skylight that they hide from it, over what the field holds of their
 /// sunlight.
-const NET: f64 = 0.45;
+pub const NET: f64 = 0.4;
 /// The same of the ground.
 const NET_GROUND: f64 = 0.25;
+/// Albedo of droplets below which the field tells nothing.
+const LEAST_ALBEDO: f64 = 1e-3;
 /// Least component of a direction.
 const LEAST: f64 = 1e-9;
-/// Steps from one node to the next; as in the shader.
-pub const STEPS: u32 = 4;
 /// Steps to where the part begins where clouds are about.
 const STEPS_BEFORE: u32 = 12;
 
@@ -61,6 +61,12 @@ pub struct CloudLight<'a> {
     pub field: &'a FieldSeen,
 }
 
+/// Light that clouds leave at a point relative to the eye, as in the field, but for all directions that droplets
+/// would scatter from.
+fn light_around(field: &FieldSeen, point: DVec3) -> DVec2 {
+    field.at(point).truncate().truncate() / f64::from(field.uniforms().albedo).max(LEAST_ALBEDO)
+}
+
 /// Change of the light of the air of a ray up to distances (m) that grow, rgb, with so many steps from one to
 /// the next; none before the first.
 pub fn change_along(
@@ -83,7 +89,7 @@ pub fn change_along(
                 let [from, to] = [i, i + 1].map(|i| begin + f64::from(i) * step);
                 let point = dir * (0.5 * (from + to));
                 let beam = (-(clouds.sun_depth)(point)).exp_m1();
-                let scattered = NET * clouds.field.at(point).x;
+                let scattered = NET * light_around(clouds.field, point).x;
                 if beam != 0.0 || scattered != 0.0 {
                     sum += (-depth).exp() * air.sunlit(&ray, from, to, [beam, scattered]);
                 }
@@ -113,7 +119,8 @@ pub fn light_on_ground(field: &FieldSeen, point: DVec3) -> [f64; 2] {
         })
         .sum();
     let even = (even / DIRECTIONS as f64).max(LEAST_SHARE);
-    let light = field.at(point);
-    let sky = (light.y / even).min(1.0);
+    let light = light_around(field, point);
+    let known = f64::from(grid.albedo) >= LEAST_ALBEDO;
+    let sky = if known { (light.y / even).min(1.0) } else { 1.0 };
     [NET_GROUND * PI * light.x / even, 1.0 + NET_GROUND * (sky - 1.0)]
 }

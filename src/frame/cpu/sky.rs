@@ -66,6 +66,11 @@ impl Sky {
         }
     }
 
+    /// Direction to the sun.
+    pub fn sun(&self) -> DVec3 {
+        self.sun
+    }
+
     /// A ray from the camera.
     pub fn ray(&self, dir: DVec3) -> AirRay {
         AirRay {

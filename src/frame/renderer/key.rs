@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::Renderer;
 use crate::Result;
 use crate::frame::changes::FrameKey;
-use crate::frame::in_view::InView;
+use crate::frame::in_view::{self, InView};
 use crate::frame::light_grid::{scale_field, scale_particles};
 use crate::frame::plan::Pass;
 use crate::frame::rings;
@@ -36,8 +36,10 @@ impl Renderer {
         let any = clouds.is_some() || !listed.is_empty();
         let has_clouds = any && in_view.clouds && self.omit != Some(Pass::Blend);
         let has_shadows = any && in_view.ground;
+        // Air is as bare where no cloud is in view: there is no light field then.
+        let shown = if self.make_unseen { in_view::in_view(scene, time, size) } else { in_view };
         let has_air_shadow = any
-            && in_view.clouds
+            && shown.clouds
             && matches!(scene.sky, Sky::Atmosphere)
             && self.omit != Some(Pass::AirShadow)
             && !self.composer.as_ref().is_some_and(|c| c.unneeded().contains(&Pass::AirShadow));
