@@ -182,8 +182,11 @@ fn against_paths(scene: &Scene, samples: u32, of_ground: bool) -> [f64; 3] {
         let dir = view(i);
         let span = clouded_span(&known.maps, dir);
         let nodes: Vec<f64> = (0..=NODES).map(|n| node_distance(span, f64::from(n))).collect();
-        let [all, beam] = [&field, &dark]
-            .map(|field| change_along(&sky, dir, &span, 96, &CloudLight { sun_depth, field })[1].y);
+        let steps = Preset::High.quality().air_steps;
+        let [all, beam] = [&field, &dark].map(|field| {
+            let light = CloudLight { sun_depth, field };
+            change_along(&sky, dir, &nodes, steps, &light)[NODES as usize].y
+        });
         all - beam
     };
     let open = |i: &usize| {
