@@ -4,25 +4,28 @@
 // light of the coarser and takes from it what flows in at its border.
 // Twin: src/frame/cpu/light_grid.rs, where the method is told.
 //
-// Workgroup contract: `sunlight` and `scatter` one invocation a cell, `begin` one a cell and direction. In `sweep` one
+// Workgroup contract: `sunlight` and `scatter` one invocation a slot, `begin` one a slot and direction. In `sweep` one
 // invocation owns one slanted plane of cells along one direction, every cell is in one of them, and
 // light that leaves its plane sideways leaves the level: it reads only what it wrote itself, and
 // extinctions and sources, which `sweep` does not write.
-#import cumuli::light_grid_data::{Crossing, DIRECTIONS, GridLevel, GridStage, LightGridUniforms, crossing, grid_direction, grid_index, grid_phase, light_from_outside, pack_light, unpack_light}
+#import cumuli::light_grid_data::{Crossing, DIRECTIONS, EMPTY_CELL, GridLevel, GridStage, LightGridUniforms, NO_SLOT, crossing, grid_direction, grid_index, grid_phase, light_from_outside, pack_light, slot_of, unpack_light}
 #import cumuli::numerics::{mean_transmittance, opacity, unfolded}
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
 @group(0) @binding(1) var<uniform> stage: GridStage;
-@group(0) @binding(2) var<storage, read> extinction: array<f32>;              // 1/m
-@group(0) @binding(3) var<storage, read_write> sun_mean: array<f32>;       // sunlight, mean over a cell
+@group(0) @binding(2) var<storage, read> cells: array<u32>;                   // slots (light_grid_slots.wgsl); behind them extinctions by slot, 1/m
+@group(0) @binding(3) var<storage, read> cell_of: array<u32>;                 // by slot
+@group(0) @binding(4) var<storage, read> matter_offsets: array<u32>;          // slots with matter before each word of cells
+@group(0) @binding(5) var<storage, read> empty_offsets: array<u32>;           // and without
+@group(0) @binding(6) var<storage, read_write> sun_mean: array<f32>;          // by slot: sunlight, mean over a cell
 // Lights are means over a cell. Behind them, for `sweep`: what flowed out of the cells of a slanted
 // plane in the row before, [direction][cell along the row][slanted plane].
 #ifdef ABSORBING
-@group(0) @binding(4) var<storage, read_write> sources: array<vec2<u32>>;     // [direction][cell]
-@group(0) @binding(5) var<storage, read_write> lights: array<vec2<u32>>;      // [direction][cell]
+@group(0) @binding(7) var<storage, read_write> sources: array<vec2<u32>>;     // [direction][slot with matter]
+@group(0) @binding(8) var<storage, read_write> lights: array<vec2<u32>>;      // [direction][slot]
 #else
-@group(0) @binding(4) var<storage, read_write> sources: array<u32>;           // [direction][cell]
-@group(0) @binding(5) var<storage, read_write> lights: array<u32>;            // [direction][cell]
+@group(0) @binding(7) var<storage, read_write> sources: array<u32>;           // [direction][slot with matter]
+@group(0) @binding(8) var<storage, read_write> lights: array<u32>;            // [direction][slot]
 #endif
 
 const PI: f32 = 3.14159265;
@@ -31,8 +34,33 @@ const PI: f32 = 3.14159265;
 const BORDER: f32 = 1e-3;
 const SWEEP_WORKGROUP: u32 = 32u;
 
-fn cell_of(index: u32, size: vec3<u32>) -> vec3<u32> {
+fn cell_in(index: u32, size: vec3<u32>) -> vec3<u32> {
     return vec3(index % size.x, (index / size.x) % size.y, index / (size.x * size.y));
+}
+
+// Whether all cells that want a slot have one. Else the host makes room and this light is made again.
+fn has_room() -> bool {
+    let matter = matter_offsets[grid.words];
+    return (matter <= grid.matter_room) & (matter + empty_offsets[grid.words] <= grid.kept_room);
+}
+
+// The level's first slot and the one behind its last, of cells with matter or of the others; none without room.
+fn slots_of(level: u32, empty: bool) -> vec2<u32> {
+    let first = u32(grid.level[level].cell.w);
+    let last = select(grid.words, u32(grid.level[min(level + 1u, 9u)].cell.w), level + 1u < grid.levels);
+    var offsets = vec2(matter_offsets[first], matter_offsets[last]);
+    if empty {
+        offsets = matter_offsets[grid.words] + vec2(empty_offsets[first], empty_offsets[last]);
+    }
+    return select(vec2(0u), offsets, has_room());
+}
+
+// Extinction of the cell of an entry of `cells`, 1/m.
+fn extinction_of(entry: u32) -> f32 {
+    if entry < EMPTY_CELL {
+        return bitcast<f32>(cells[grid.cells + entry]);
+    }
+    return 0.0;
 }
 
 fn cell_centre(level: GridLevel, cell: vec3<f32>) -> vec3<f32> {
@@ -76,7 +104,17 @@ fn corner_weight(place: GridPlace, corner: u32) -> f32 {
 }
 
 fn levels() -> u32 {
-    return unfolded(grid.levels, arrayLength(&extinction) == 0u);
+    return unfolded(grid.levels, arrayLength(&cells) == 0u);
+}
+
+// Share of a corner of a look-up in the light along a direction there.
+fn corner_light(direction_index: u32, outer: GridLevel, place: GridPlace, corner: u32) -> vec3<f32> {
+    let entry = cells[grid_index(outer, corner_of(place, corner))];
+    var light = light_from_outside(grid_direction(direction_index));
+    if entry != NO_SLOT {
+        light = unpack_light(lights[direction_index * grid.kept_room + slot_of(entry)]);
+    }
+    return corner_weight(place, corner) * light;
 }
 
 // Light along a direction at a point outside of level `inner`: from the coarser level, or from
@@ -87,9 +125,12 @@ fn inflow(inner: u32, direction_index: u32, point: vec3<f32>) -> vec3<f32> {
         let place = grid_place(outer, point);
         if place.inside {
             var sum = vec3(0.0);
-            for (var corner = 0u; corner < 8u; corner++) {
-                let index = direction_index * grid.cells + grid_index(outer, corner_of(place, corner));
-                sum += corner_weight(place, corner) * unpack_light(lights[index]);
+            // Four by four: turns of loops are few (job.rs).
+            for (var corner = 0u; corner < 8u; corner += 4u) {
+                sum += corner_light(direction_index, outer, place, corner);
+                sum += corner_light(direction_index, outer, place, corner + 1u);
+                sum += corner_light(direction_index, outer, place, corner + 2u);
+                sum += corner_light(direction_index, outer, place, corner + 3u);
             }
             return sum;
         }
@@ -136,7 +177,7 @@ fn sun_depth(inner: u32, own: vec3<u32>) -> f32 {
             let leave = least(next);
             // The cell itself is left out.
             if t > 0.0 {
-                depth += extinction[grid_index(level, vec3<u32>(cell))] * max(leave - t, 0.0);
+                depth += extinction_of(cells[grid_index(level, vec3<u32>(cell))]) * max(leave - t, 0.0);
             }
             t = max(t, leave);
             // One axis at a time: across an edge there is a cell of no length.
@@ -155,34 +196,42 @@ fn sun_depth(inner: u32, own: vec3<u32>) -> f32 {
 @compute @workgroup_size(64)
 fn sunlight(@builtin(global_invocation_id) id: vec3<u32>) {
     let level = grid.level[stage.level];
-    if id.x >= level.size.x * level.size.y * level.size.z {
-        return;
+    let with_matter = slots_of(stage.level, false);
+    let without = slots_of(stage.level, true);
+    let count = with_matter.y - with_matter.x;
+    var slot = with_matter.x + id.x;
+    if id.x >= count {
+        slot = without.x + id.x - count;
+        if slot >= without.y {
+            return;
+        }
     }
-    let index = level.size.w + id.x;
-    let cell = cell_of(id.x, level.size.xyz);
+    let cell = cell_in(cell_of[slot] - level.size.w, level.size.xyz);
     var reached = 0.0;
-    if extinction[index] > 0.0 || cell.y == 0u {
+    if id.x < count || cell.y == 0u {
+        var extinction = 0.0;
+        if id.x < count {
+            extinction = extinction_of(slot);
+        }
         let chord = 2.0 * least(to_borders(vec3(0.5), grid.sun.xyz / level.cell.xyz));
-        reached = exp(-sun_depth(stage.level, cell)) * mean_transmittance(extinction[index] * chord);
+        reached = exp(-sun_depth(stage.level, cell)) * mean_transmittance(extinction * chord);
     }
-    sun_mean[index] = reached;
+    sun_mean[slot] = reached;
 }
 
-// First light of a level: the coarser level's, or what comes from outside.
+// First light of a level, where there is matter: the coarser level's, or what comes from outside. Elsewhere the
+// light of before is not asked for.
 @compute @workgroup_size(64)
 fn begin(@builtin(global_invocation_id) id: vec3<u32>) {
+    let slots = slots_of(stage.level, false);
+    let slot = slots.x + id.x;
+    if slot >= slots.y {
+        return;
+    }
     let level = grid.level[stage.level];
-    let count = level.size.x * level.size.y * level.size.z;
-    if id.x >= count {
-        return;
-    }
-    // Elsewhere the light of before is not asked for.
-    if extinction[level.size.w + id.x] <= 0.0 {
-        return;
-    }
-    let cell = cell_of(id.x, level.size.xyz);
+    let cell = cell_in(cell_of[slot] - level.size.w, level.size.xyz);
     let light = inflow(stage.level, id.y, cell_centre(level, vec3<f32>(cell)));
-    lights[id.y * grid.cells + grid_index(level, cell)] = pack_light(light);
+    lights[id.y * grid.kept_room + slot] = pack_light(light);
 }
 
 // A step from the source of before towards the one that the cell's light asks for.
@@ -201,21 +250,17 @@ const LEAST_KEPT: f32 = 1e-30;
 // pairs of opposite directions, and the first moment of its odd part.
 @compute @workgroup_size(64)
 fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
-    let level = grid.level[stage.level];
-    let count = level.size.x * level.size.y * level.size.z;
-    if id.x >= count {
-        return;
-    }
-    let index = level.size.w + id.x;
-    if extinction[index] <= 0.0 {
+    let slots = slots_of(stage.level, false);
+    let slot = slots.x + id.x;
+    if slot >= slots.y {
         return;
     }
     var even: array<vec3<f32>, 6>;
     var total = vec3(0.0);
     var odd = mat3x3<f32>();
     for (var axis = 0u; axis < DIRECTIONS / 2u; axis++) {
-        let along = unpack_light(lights[2u * axis * grid.cells + index]);
-        let against = unpack_light(lights[(2u * axis + 1u) * grid.cells + index]);
+        let along = unpack_light(lights[2u * axis * grid.kept_room + slot]);
+        let against = unpack_light(lights[(2u * axis + 1u) * grid.kept_room + slot]);
         even[axis] = along + against;
         total += even[axis];
         let d = grid_direction(2u * axis);
@@ -228,7 +273,7 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     var scattered: array<vec3<f32>, DIRECTIONS>;
     var sum = vec3(0.0);
     var kept = vec3(0.0);
-    let sun = sun_mean[index] / (4.0 * PI);
+    let sun = sun_mean[slot] / (4.0 * PI);
     for (var axis = 0u; axis < DIRECTIONS / 2u; axis++) {
         let d = grid_direction(2u * axis);
         let same = (1.0 - second) / f32(DIRECTIONS) * total + 0.5 * second * even[axis];
@@ -237,9 +282,9 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
         let moments = vec2(first, second);
         let along = grid.albedo * (same + turned + vec3(sun * grid_phase(moments, cosine), 0.0, 0.0));
         let against = grid.albedo * (same - turned + vec3(sun * grid_phase(moments, -cosine), 0.0, 0.0));
-        let at = 2u * axis * grid.cells + index;
+        let at = 2u * axis * grid.matter_room + slot;
         scattered[2u * axis] = relaxed(at, along);
-        scattered[2u * axis + 1u] = relaxed(at + grid.cells, against);
+        scattered[2u * axis + 1u] = relaxed(at + grid.matter_room, against);
     }
     if unfolded(stage.is_last, arrayLength(&sources) == 0u) != 0u {
         for (var d = 0u; d < DIRECTIONS; d++) {
@@ -255,15 +300,27 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     for (var d = 0u; d < DIRECTIONS; d++) {
-        sources[d * grid.cells + index] = pack_light(scattered[d]);
+        sources[d * grid.matter_room + slot] = pack_light(scattered[d]);
     }
 }
 
 // A cell next to the one that is worked on.
 struct Neighbour {
-    light: vec3<f32>,    // that flows out of it
     extinction: f32,     // 1/m; 0 outside of the level
     source: vec3<f32>,   // 0 without matter
+}
+
+// The cell of this index; nothing where it is not in the level.
+fn neighbour(is_there: bool, index: i32, direction_index: u32) -> Neighbour {
+    var result: Neighbour;
+    if is_there {
+        let entry = cells[index];
+        if entry < EMPTY_CELL {
+            result.extinction = extinction_of(entry);
+            result.source = unpack_light(sources[direction_index * grid.matter_room + entry]);
+        }
+    }
+    return result;
 }
 
 // Source on the face towards two neighbours of these shares: the value with which light diffuses
@@ -308,7 +365,7 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let farthest = moved(drift, rows - 1);
     // Never more than twice the longest side: a direction moves no farther than along its main axis.
     let number = i32(group.x * SWEEP_WORKGROUP + local);
-    if number >= planes + abs(farthest) {
+    if (number >= planes + abs(farthest)) | !has_room() {
         return;
     }
     let first_plane = number - max(farthest, 0);
@@ -317,78 +374,85 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     // Upstream beside is at higher numbers: from high to low.
     let falling = slope > 0.0;
     let row_step = select(1, -1, falling) * steps[row_axis];
-    let base = i32(group.y * grid.cells);
     let origin = i32(level.size.w)
         + select(rows - 1, 0, c.forward) * steps[c.main]
         + select(0, width - 1, falling) * steps[row_axis];
     let flow_stride = i32(2u * grid.longest);
-    let flow = i32(DIRECTIONS * grid.cells + group.y * grid.longest * 2u * grid.longest) + number;
-    for (var r = 0; r < rows; r++) {
+    let flow = i32(DIRECTIONS * grid.kept_room + group.y * grid.longest * 2u * grid.longest) + number;
+    let end_row = min(rows, i32(stage.end_row));
+    let stays = unfolded(stage.is_last, arrayLength(&cells) == 0u) != 0u;
+    for (var r = i32(stage.first_row); r < end_row; r++) {
         let plane = first_plane + moved(drift, r);
         if plane < 0 || plane >= planes {
             continue;
         }
         let plane_before = first_plane + moved(drift, r - 1);
         let plane_after = first_plane + moved(drift, r + 1);
-        let has_before = r > 0 && plane_before >= 0 && plane_before < planes;
-        let has_after = r + 1 < rows && plane_after >= 0 && plane_after < planes;
+        let has_before = (r > 0) & (plane_before >= 0) & (plane_before < planes);
+        let has_after = (r + 1 < rows) & (plane_after >= 0) & (plane_after < planes);
         let main_before = f32(select(rows - r, r - 1, c.forward));
         let to_before = (plane_before - plane) * steps[plane_axis] - main_step;
         let to_after = (plane_after - plane) * steps[plane_axis] + main_step;
         var here = origin + r * main_step + plane * steps[plane_axis];
-        var before_beside: Neighbour;
-        var after: Neighbour;
-        for (var k = -1; k < width; k++) {
-            var before: Neighbour;
-            if has_before && k >= 0 {
-                let there = here + to_before;
-                before.light = unpack_light(lights[flow + k * flow_stride]);
-                before.extinction = extinction[there];
-                if before.extinction > 0.0 {
-                    before.source = unpack_light(sources[base + there]);
+        // What flows in from outside of the level: beside the row, and, of the first row of a plane, before it.
+        var outside = vec3(0.0);
+        outside[c.main] = main_before;
+        outside[row_axis] = f32(select(-1, width, falling));
+        // Into the first row by the direction itself, not by whole cells.
+        outside[plane_axis] = select(f32(plane_before), f32(plane) - drift, r == 0);
+        var flows_beside = inflow(stage.level, group.y, cell_centre(level, outside));
+        let entering = select(width, 0, has_before);
+        for (var k = 0; k < entering; k++) {
+            outside[row_axis] += f32(select(1, -1, falling));
+            lights[flow + k * flow_stride] = pack_light(inflow(stage.level, group.y, cell_centre(level, outside)));
+        }
+        var k = 0;
+        while k < width {
+            // Up to the next cell with matter light flows on: each invocation walks there by itself, since a driver
+            // may work through what all of a group's branches hold.
+            var entry = NO_SLOT;
+            var flows_straight: vec3<f32>;
+            var flows_in: vec3<f32>;
+            while k < width {
+                entry = cells[here];
+                flows_straight = unpack_light(lights[flow + k * flow_stride]);
+                flows_in = mix(flows_straight, flows_beside, share);
+                if entry < EMPTY_CELL {
+                    break;
                 }
-            } else {
-                var cell = vec3(0.0);
-                cell[c.main] = main_before;
-                cell[row_axis] = f32(select(k, width - 1 - k, falling));
-                // Into the first row by the direction itself, not by whole cells.
-                cell[plane_axis] = select(f32(plane_before), f32(plane) - drift, r == 0);
-                before.light = inflow(stage.level, group.y, cell_centre(level, cell));
-            }
-            var after_beside: Neighbour;
-            if has_after && k + 1 < width {
-                let there = here + to_after + select(0, row_step, k >= 0);
-                after_beside.extinction = extinction[there];
-                if after_beside.extinction > 0.0 {
-                    after_beside.source = unpack_light(sources[base + there]);
+                if (entry != NO_SLOT) & stays {
+                    lights[group.y * grid.kept_room + slot_of(entry)] = pack_light(flows_in);
                 }
-            }
-            if k >= 0 {
-                let flows_in = mix(before.light, before_beside.light, share);
-                var flows_out = flows_in;
-                var mean = flows_in;
-                let matter = extinction[here];
-                if matter > 0.0 {
-                    let tau = matter * c.path;
-                    let source = unpack_light(sources[base + here]);
-                    let change = face_source(source, matter, after, after_beside, share)
-                        - face_source(source, matter, before, before_beside, share);
-                    // Nowhere in the cell below 0.
-                    let slope_of_source = clamp(change, -2.0 * abs(source), 2.0 * abs(source));
-                    let opaque = opacity(tau);
-                    let clear = mean_transmittance(tau);
-                    // What a source that grows downstream by 1 about its mean adds at the end.
-                    let skew = select(1.0 - 0.5 * opaque - clear, tau * tau * (2.0 - tau) / 24.0, tau < SKEW_SERIES_BELOW);
-                    flows_out = flows_in * (1.0 - opaque) + source * opaque + slope_of_source * skew;
-                    // So that flows_out - flows_in = tau * (source - mean).
-                    mean = flows_in * clear + source * (1.0 - clear) - slope_of_source * (skew / tau);
-                }
-                lights[base + here] = pack_light(mean);
-                lights[flow + k * flow_stride] = pack_light(flows_out);
+                lights[flow + k * flow_stride] = pack_light(flows_in);
+                flows_beside = flows_straight;
                 here += row_step;
+                k++;
             }
-            before_beside = before;
-            after = after_beside;
+            if k < width {
+                let matter = extinction_of(entry);
+                let tau = matter * c.path;
+                let source = unpack_light(sources[group.y * grid.matter_room + entry]);
+                let before = neighbour(has_before, here + to_before, group.y);
+                let before_beside = neighbour(has_before && k > 0, here + to_before - row_step, group.y);
+                let after = neighbour(has_after, here + to_after, group.y);
+                let after_beside = neighbour(has_after && k + 1 < width, here + to_after + row_step, group.y);
+                let change = face_source(source, matter, after, after_beside, share)
+                    - face_source(source, matter, before, before_beside, share);
+                // Nowhere in the cell below 0.
+                let slope_of_source = clamp(change, -2.0 * abs(source), 2.0 * abs(source));
+                let opaque = opacity(tau);
+                let clear = mean_transmittance(tau);
+                // What a source that grows downstream by 1 about its mean adds at the end.
+                let skew = select(1.0 - 0.5 * opaque - clear, tau * tau * (2.0 - tau) / 24.0, tau < SKEW_SERIES_BELOW);
+                let flows_out = flows_in * (1.0 - opaque) + source * opaque + slope_of_source * skew;
+                // So that flows_out - flows_in = tau * (source - mean).
+                let mean = flows_in * clear + source * (1.0 - clear) - slope_of_source * (skew / tau);
+                lights[group.y * grid.kept_room + entry] = pack_light(mean);
+                lights[flow + k * flow_stride] = pack_light(flows_out);
+                flows_beside = flows_straight;
+                here += row_step;
+                k++;
+            }
         }
     }
 }

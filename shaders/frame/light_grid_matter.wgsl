@@ -2,8 +2,7 @@
 // Twin: src/frame/cpu/light_grid/matter.rs.
 //
 // Workgroup contract: `splat` one invocation a particle (sums of integers: no order), `splat_large` one
-// workgroup a particle and level, of those that hold too many cells for an invocation; `density` one
-// invocation a cell.
+// workgroup a particle and level, of those that hold too many cells for an invocation.
 #import cumuli::gpu_data::{Particle, ParticleCount}
 #import cumuli::light_grid_data::{GridLevel, LightGridUniforms, grid_index}
 #import cumuli::numerics::unfolded
@@ -15,8 +14,7 @@
 @group(0) @binding(2) var<storage, read> particle_count: ParticleCount;
 @group(0) @binding(3) var<storage, read> spread: array<f32>;               // by shape: radius of the even ball of the same moments
 @group(0) @binding(4) var<storage, read_write> matter: array<atomic<u32>>; // counts of grid.quantum
-@group(0) @binding(5) var<storage, read_write> extinction: array<f32>;     // 1/m
-@group(0) @binding(6) var<storage, read_write> large: array<atomic<u32>>;  // [0] how many, [1] of `splat_large`'s invocations those that a driver ended before their time, then particles
+@group(0) @binding(5) var<storage, read_write> large: array<atomic<u32>>;  // [0] how many, [1] of `splat_large`'s invocations those that a driver ended before their time, then particles
 
 const PI: f32 = 3.14159265;
 // Distance, m, below which a ball and a cell have the same middle: its direction does not matter then,
@@ -179,12 +177,5 @@ fn splat_large(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups)
     }
     if is_cut || i < count {
         atomicAdd(&large[1], 1u);
-    }
-}
-
-@compute @workgroup_size(64)
-fn density(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x < grid.cells {
-        extinction[id.x] = f32(atomicLoad(&matter[id.x])) * grid.quantum;
     }
 }

@@ -7,16 +7,16 @@
 //
 // Workgroup contract: one invocation owns one column of cells of one level. `rise` reads what `fall`
 // wrote: it is a dispatch of its own.
-#import cumuli::light_grid_data::{DIRECTIONS, GridLevel, LightGridUniforms, crossing, grid_direction, grid_index, unpack_light}
+#import cumuli::light_grid_data::{DIRECTIONS, GridLevel, LightGridUniforms, NO_SLOT, EMPTY_CELL, crossing, grid_direction, grid_index, slot_of, unpack_light}
 #import cumuli::numerics::{mean_transmittance, unfolded}
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
 @group(0) @binding(1) var<storage, read> sun_mean: array<f32>;
-@group(0) @binding(2) var<storage, read> extinction: array<f32>; // 1/m
+@group(0) @binding(2) var<storage, read> cells: array<u32>;      // slots; behind them extinctions by slot, 1/m
 #ifdef ABSORBING
-@group(0) @binding(3) var<storage, read> lights: array<vec2<u32>>; // [direction][cell]
+@group(0) @binding(3) var<storage, read> lights: array<vec2<u32>>; // [direction][slot]
 #else
-@group(0) @binding(3) var<storage, read> lights: array<u32>;       // [direction][cell]
+@group(0) @binding(3) var<storage, read> lights: array<u32>;       // [direction][slot]
 #endif
 // Below a column: share of the sun's beam that is left, irradiance from its scattered light per unit of the
 // beam's, and irradiance from the sky over that of a bare one.
@@ -64,18 +64,28 @@ fn fall(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let level = grid.level[column.level];
-    let at = grid_index(level, vec3(column.x, 0u, column.z));
+    // All cells of this layer keep light.
+    let entry = cells[grid_index(level, vec3(column.x, 0u, column.z))];
+    if entry == NO_SLOT {
+        fallen[id.x] = vec4(1.0, 0.0, 1.0, 0.0);
+        return;
+    }
+    let at = slot_of(entry);
     var sum = vec3(0.0);
     var all = 0.0;
     for (var d = 0u; d < DIRECTIONS; d++) {
         let down = max(-grid_direction(d).y, 0.0);
         if down > 0.0 {
-            sum += down * unpack_light(lights[d * grid.cells + at]);
+            sum += down * unpack_light(lights[d * grid.kept_room + at]);
             all += down;
         }
     }
     // From the cell's mean to what leaves it.
-    let tau = extinction[at] * crossing(-grid.sun.xyz, level.cell.xyz).path;
+    var extinction = 0.0;
+    if entry < EMPTY_CELL {
+        extinction = bitcast<f32>(cells[grid.cells + at]);
+    }
+    let tau = extinction * crossing(-grid.sun.xyz, level.cell.xyz).path;
     let beam = sun_mean[at] * exp(-tau) / mean_transmittance(tau);
     fallen[id.x] = vec4(beam, PI * sum.x / all, sum.y / all, 0.0);
 }

@@ -2,14 +2,14 @@
 // Twin: src/frame/cpu/light_grid.rs.
 #define_import_path cumuli::light_field
 
-#import cumuli::light_grid_data::{GridLevel, LightGridUniforms, grid_index}
+#import cumuli::light_grid_data::{EMPTY_CELL, GridLevel, LightGridUniforms, grid_index}
 
 @group(3) @binding(0) var<uniform> light_grid: LightGridUniforms;
 @group(3) @binding(1) var light_field: texture_3d<f32>;
 @group(3) @binding(2) var light_field_sampler: sampler;
 @group(3) @binding(3) var<storage, read> halo_factors: array<f32>; // rows of HALO_COLUMNS
 
-@group(3) @binding(4) var<storage, read> grid_matter: array<f32>;  // 1/m, extinction of every cell
+@group(3) @binding(4) var<storage, read> grid_cells: array<u32>;   // slots; behind them extinctions by slot, 1/m
 
 // As in src/medium/halo.rs.
 const HALO_ROWS: f32 = 96.0;
@@ -43,7 +43,7 @@ fn halo_factor(row: f32, depth: f32) -> f32 {
 // expression it takes the operands in order up to the first that is no uniform: the number of cells, of
 // which there are always more than levels, comes first.
 fn last_level() -> u32 {
-    return min(arrayLength(&grid_matter), light_grid.levels) - 1u;
+    return min(arrayLength(&grid_cells), light_grid.levels) - 1u;
 }
 
 // Cells at the border of a level over which it fades into the coarser one.
@@ -133,7 +133,11 @@ fn crowding(point: vec3<f32>, mass: f32, ball: f32) -> f32 {
         let level = light_grid.level[l];
         let own = mass / max(4.18879 * ball * ball * ball, level.cell.x * level.cell.y * level.cell.z);
         let at = clamp((point - level.low.xyz) / level.cell.xyz, vec3(0.0), vec3<f32>(level.size.xyz) - 1.0);
-        crowd = max(crowd, grid_matter[grid_index(level, vec3<u32>(at))] / max(own, LEAST_EXTINCTION));
+        let slot = grid_cells[grid_index(level, vec3<u32>(at))];
+        if slot < EMPTY_CELL {
+            let extinction = bitcast<f32>(grid_cells[light_grid.cells + slot]);
+            crowd = max(crowd, extinction / max(own, LEAST_EXTINCTION));
+        }
     }
     return crowd;
 }

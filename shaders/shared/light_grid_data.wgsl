@@ -6,11 +6,12 @@
 // from: x scattered sunlight per unit irradiance, y light that came from the upper hemisphere at
 // radiance 1, z light from all sides at radiance 1 (from below: z - y). With albedo 1, z is 1
 // everywhere and not stored: uniform light stays uniform to the last bit.
+// Only cells in or near matter keep light, in slots (light_grid_slots.wgsl).
 #define_import_path cumuli::light_grid_data
 
 struct GridLevel {
     low: vec4<f32>,   // xyz: m, lowest corner; w: first slice of the level in the field texture
-    cell: vec4<f32>,  // xyz: m, side of a cell
+    cell: vec4<f32>,  // xyz: m, side of a cell; w: index of its first word among all levels'
     size: vec4<u32>,  // xyz: cells; w: index of its first cell among all levels'
 }
 
@@ -24,6 +25,10 @@ struct LightGridUniforms {
     quantum: f32,         // 1/m: extinction of one count of `matter`
     spreads: u32,         // entries of `spread`
     longest: u32,         // most cells along an axis of a level
+    words: u32,           // of 32 cells of a row
+    matter_room: u32,     // slots of cells with matter that there are buffers for
+    kept_room: u32,       // of all cells that keep light, with these
+    padding_a: u32,
     level: array<GridLevel, 10>,
 }
 
@@ -32,6 +37,10 @@ struct GridStage {
     level: u32,
     relaxation: f32,      // step from the sources of before towards the new ones
     is_last: u32,         // 1: the last turn of the level
+    first_row: u32,       // of `sweep`: rows of slanted planes, and the one behind the last
+    end_row: u32,
+    padding_a: u32,
+    padding_b: u32,
     padding_c: u32,
 }
 
@@ -41,6 +50,9 @@ struct GridEye {
 }
 
 const DIRECTIONS: u32 = 12u;
+// A cell's entry is its slot, of cells without matter with this bit, or, where it keeps no light, `NO_SLOT`.
+const EMPTY_CELL: u32 = 0x80000000u;
+const NO_SLOT: u32 = 0xffffffffu;
 const AXIS_SHORT: f32 = 0.52573111;
 const AXIS_LONG: f32 = 0.85065081;
 // Turn about z: the four corners with y = 0 go to |y| = 1/6, light along them leaves layers of clouds.
@@ -83,6 +95,16 @@ fn pack_light(light: vec3<f32>) -> u32 {
 // Index of a cell among all levels'.
 fn grid_index(level: GridLevel, cell: vec3<u32>) -> u32 {
     return level.size.w + (cell.z * level.size.y + cell.y) * level.size.x + cell.x;
+}
+
+// Words of 32 cells in a row of so many.
+fn row_words(cells: u32) -> u32 {
+    return (cells + 31u) / 32u;
+}
+
+// Slot of a cell that keeps light, by its entry.
+fn slot_of(entry: u32) -> u32 {
+    return entry & ~EMPTY_CELL;
 }
 
 // Light that comes in from outside of all levels along a direction of travel.

@@ -253,7 +253,7 @@ gpu_struct! {
     GridLevel {
         /// x, y, z: m, lowest corner relative to the anchor; w: first slice in the field texture.
         low: [f32; 4],
-        /// x, y, z: m, side of a cell.
+        /// x, y, z: m, side of a cell; w: index of its first word of 32 cells among all levels'.
         cell: [f32; 4],
         /// x, y, z: cells; w: index of its first cell among all levels'.
         size: [u32; 4],
@@ -281,6 +281,14 @@ gpu_struct! {
         spreads: u32,
         /// Most cells along an axis of a level.
         longest: u32,
+        /// Words of 32 cells of a row, of all levels.
+        words: u32,
+        /// Slots of cells with matter that there are buffers for.
+        matter_room: u32,
+        /// Slots of all cells that keep light, with these.
+        kept_room: u32,
+        /// Unused.
+        padding_a: u32,
         /// The levels.
         level: [GridLevel; GRID_LEVELS],
     }
@@ -303,6 +311,14 @@ gpu_struct! {
         relaxation: f32,
         /// 1: the last turn of the level.
         is_last: u32,
+        /// First of the rows of slanted planes that `sweep` walks.
+        first_row: u32,
+        /// The one behind the last.
+        end_row: u32,
+        /// Unused.
+        padding_a: u32,
+        /// Unused.
+        padding_b: u32,
         /// Unused.
         padding_c: u32,
     }

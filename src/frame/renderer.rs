@@ -15,7 +15,7 @@ use super::composer::Composer;
 use super::gpu_data::ParticleLight;
 use super::in_view::{InView, in_view};
 use super::light_grid::{
-    GridInputs, GridMedium, GridOrder, GridSize, GridWork, LightGrid, Spreads,
+    GridInputs, GridMedium, GridOrder, GridRoom, GridSize, GridWork, LightGrid, Spreads,
 };
 use super::passes::Passes;
 use super::picture::{Counters, FrameStats, Picture};
@@ -27,7 +27,7 @@ use super::rings;
 use super::settings::{Quality, RenderSettings};
 use super::shadow::ShadowJob;
 use super::sky::{SkyPass, SkyWork};
-use super::stats::{Counts, StatsReader, pass_times};
+use super::stats::{Counts, StatsReader, pass_times, with_earlier};
 use super::weather::WeatherBuffer;
 use crate::gpu::{Gpu, ShaderLibrary, buffers};
 use crate::medium::{Halo, Truncation};
@@ -129,6 +129,7 @@ impl Renderer {
                 particles: FIRST_PARTICLES.max(scene.particles.len() as u32),
                 screen: lists,
                 light: lists,
+                grid: GridRoom::default(),
             },
             resources: None,
             changes: Changes::default(),
@@ -174,9 +175,12 @@ impl Renderer {
         if listed > self.capacities.particles {
             self.grow(Capacities { particles: listed, ..self.capacities })?;
         }
+        let mut made = Vec::new();
         for attempt in 1..=MOST_ATTEMPTS {
             let (mut stats, counts) = self.attempt(scene, time, size)?;
             stats.counters.attempts = attempt as u64;
+            stats.passes = with_earlier(&made, stats.passes);
+            made = stats.passes.clone();
             match counts.grown(&self.capacities) {
                 None => {
                     self.tell_of_cuts(stats.counters.cut);
@@ -323,8 +327,10 @@ impl Renderer {
     ) -> Result<(GridWork, DVec3)> {
         let (settings, capacity) = (&self.quality.grid, self.capacities.particles);
         let (shapes, truncation) = (&self.shapes, &self.truncation);
-        let inputs = GridInputs::new(scene, shapes, truncation, settings, time, capacity)?;
+        let room = (capacity, self.capacities.grid);
+        let inputs = GridInputs::new(scene, shapes, truncation, settings, time, room)?;
         let Some(inputs) = &inputs else { return Ok(Default::default()) };
+        self.capacities.grid = inputs.room;
         let size = GridSize { capacity, columns };
         let (slice, eye) = (settings.slice, scene.camera.position);
         let draft = settings.draft;

@@ -3,6 +3,7 @@
 use super::blend::BlendInputs;
 use super::gpu_data::{FrameUniforms, LightView, Particle, ParticleLight};
 use super::light::{LightJob, view_buffer};
+use super::light_grid::GridRoom;
 use super::passes::Passes;
 use super::picture_lists::{PictureLists, Projection};
 use super::reuse::ReuseJob;
@@ -30,6 +31,8 @@ pub struct Capacities {
     pub screen: ListCapacity,
     /// The sun's.
     pub light: ListCapacity,
+    /// Cells of the light grid.
+    pub grid: GridRoom,
 }
 
 /// What the resources are made for.

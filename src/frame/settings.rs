@@ -160,7 +160,7 @@ impl Preset {
                 tile: SCREEN_TILE,
                 shadow_resolution: 256,
                 air_steps: 4,
-                grid: GridSettings { fineness: 1.55, turns: [9, 4], slice: 0, draft: false },
+                grid: GridSettings { fineness: 1.8, turns: [9, 4], slice: 0, draft: false },
             },
             Self::Ultra => Quality {
                 steps: 12,
@@ -170,7 +170,7 @@ impl Preset {
                 tile: SCREEN_TILE,
                 shadow_resolution: 384,
                 air_steps: 4,
-                grid: GridSettings { fineness: 1.85, turns: [17, 5], slice: 0, draft: false },
+                grid: GridSettings { fineness: 2.2, turns: [17, 5], slice: 0, draft: false },
             },
         }
     }

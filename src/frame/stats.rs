@@ -19,6 +19,8 @@ pub struct Counts {
     pub particles: u32,
     /// The same of the light grid's own particles.
     pub grid_particles: u32,
+    /// Cells of the light grid with matter, and all that keep light.
+    pub grid_cells: [u32; 2],
     /// Particles in view.
     pub visible: u32,
     /// Entries wanted of bins and tiles: screen, sun.
@@ -73,7 +75,7 @@ pub struct StatsReader {
     clock: Clock,
 }
 
-const WORDS: usize = 2 + 1 + 2 * (2 + LENGTHS as usize) + BLEND_COUNTS + 2;
+const WORDS: usize = 2 + 1 + 2 * (2 + LENGTHS as usize) + BLEND_COUNTS + 2 + 2;
 const WORD: u64 = size_of::<u32>() as u64;
 
 /// Turns that a pass over a list has besides.
@@ -123,6 +125,7 @@ impl StatsReader {
         resources: &Resources,
         shadow: &ShadowJob,
         [grid_count, grid_large]: [Option<&wgpu::Buffer>; 2],
+        grid_slots: Option<([&wgpu::Buffer; 2], u64)>,
     ) {
         let mut at = 0;
         let mut copy = |from: &wgpu::Buffer, first: u64, count: u64| {
@@ -146,6 +149,15 @@ impl StatsReader {
             Some(large) => copy(large, 1, 1),
             None => encoder.clear_buffer(&self.words, at * WORD, Some(WORD)),
         }
+        let at = (WORDS as u64 - 2) * WORD;
+        match grid_slots {
+            Some((counts, index)) => {
+                for (count, to) in counts.into_iter().zip([at, at + WORD]) {
+                    encoder.copy_buffer_to_buffer(count, index * WORD, &self.words, to, WORD);
+                }
+            }
+            None => encoder.clear_buffer(&self.words, at, Some(2 * WORD)),
+        }
         if let Clock::Device(profiler) = &mut self.clock {
             profiler.resolve_queries(encoder);
         }
@@ -158,7 +170,8 @@ impl StatsReader {
         let (of_particles, rest) = words.split_first_chunk().ok_or_else(wrong)?;
         let (of_screen, rest) = rest.split_first_chunk().ok_or_else(wrong)?;
         let (of_sun, rest) = rest.split_first_chunk().ok_or_else(wrong)?;
-        let [lookups, pixels, empty_tiles, blend_cut, shadow_cut, grid_cut] = *rest else {
+        let [lookups, pixels, empty_tiles, blend_cut, shadow_cut, grid_cut, matter, empty] = *rest
+        else {
             return Err(wrong());
         };
         let [particles, grid_particles, visible] = *of_particles;
@@ -166,6 +179,7 @@ impl StatsReader {
         Ok(Counts {
             particles,
             grid_particles,
+            grid_cells: [matter, matter.saturating_add(empty)],
             visible,
             lists: lists.map(|[bins, tiles, ..]: [u32; 4]| [bins, tiles]),
             lookups,
@@ -222,6 +236,7 @@ impl Counts {
             particles: if wanted > now.particles { with_room(wanted) } else { now.particles },
             screen: list(self.lists[0], now.screen),
             light: list(self.lists[1], now.light),
+            grid: now.grid.grown(self.grid_cells, with_room),
         };
         (next != *now).then_some(next)
     }
@@ -235,6 +250,8 @@ impl Counts {
         over(self.particles.max(self.grid_particles), now.particles)
             + list(self.lists[0], now.screen)
             + list(self.lists[1], now.light)
+            + over(self.grid_cells[0], now.grid.matter)
+            + over(self.grid_cells[1], now.grid.kept)
     }
 
     /// Rays and sums of the light grid that were cut, and lists that pass what a software driver walks: those of bins by the passes that
@@ -305,4 +322,12 @@ pub fn pass_times(plan: &FramePlan, times: &[(Pass, f64)]) -> Vec<PassTime> {
             }
         })
         .collect()
+}
+
+/// Passes of a frame of which some ran in an earlier attempt already, and had nothing left to do in this one.
+pub fn with_earlier(earlier: &[PassTime], passes: Vec<PassTime>) -> Vec<PassTime> {
+    let of_earlier = |pass: &PassTime| {
+        earlier.iter().find(|e| e.name == pass.name && e.ran && !pass.ran).cloned()
+    };
+    passes.into_iter().map(|pass| of_earlier(&pass).unwrap_or(pass)).collect()
 }

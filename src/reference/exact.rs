@@ -11,7 +11,7 @@ use super::particles::WorldParticle;
 use super::world::Densities;
 use crate::Result;
 use crate::frame::cpu::air_shadow::{CloudLight, light_on_ground};
-use crate::frame::cpu::lighting::{Before, ChordLight, RayLight};
+use crate::frame::cpu::lighting::{Before, ChordLight, RayLight, SunDepth};
 use crate::frame::cpu::segments::{ChordInputs, Composed, STEPS, mean_scatter_fraction};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::gpu_data::{Particle, ParticleLight};
@@ -157,7 +157,7 @@ impl<'a> Exact<'a> {
     pub fn pixel(&self, dir: DVec3) -> ExactPixel {
         let (far, change) = (self.far(dir), self.air_change(dir));
         let clouds = self.clouds_before(dir, far, &change);
-        self.with_behind(dir, &clouds, &change)
+        self.with_behind(dir, &clouds, &change, self.inputs.sun_depth)
     }
 
     /// What clouds change of the light of the air of a ray.
@@ -168,7 +168,13 @@ impl<'a> Exact<'a> {
     }
 
     /// The same of clouds that have been composed without the air: it is taken at their distance, as the frame does.
-    pub fn pixel_of(&self, dir: DVec3, mut clouds: Composed) -> ExactPixel {
+    /// `ground_depth` says how deep the ground lies in the clouds' shadow.
+    pub fn pixel_of(
+        &self,
+        dir: DVec3,
+        mut clouds: Composed,
+        ground_depth: SunDepth<'_>,
+    ) -> ExactPixel {
         let change = self.air_change(dir);
         if self.has_air && clouds.transmittance < 1.0 {
             let air = self.sky.air_between(dir, clouds.distance);
@@ -176,7 +182,7 @@ impl<'a> Exact<'a> {
             let added = change.of(air.inscatter, clouds.distance);
             clouds.radiance = clouds.radiance * air.transmittance + opacity * added;
         }
-        self.with_behind(dir, &clouds, &change)
+        self.with_behind(dir, &clouds, &change, ground_depth)
     }
 
     /// Where rays end: m, to the ground, if they meet it.
@@ -185,14 +191,20 @@ impl<'a> Exact<'a> {
         if ground >= 0.0 { ground } else { f64::INFINITY }
     }
 
-    fn with_behind(&self, dir: DVec3, clouds: &Composed, change: &AirChange) -> ExactPixel {
+    fn with_behind(
+        &self,
+        dir: DVec3,
+        clouds: &Composed,
+        change: &AirChange,
+        ground_depth: SunDepth<'_>,
+    ) -> ExactPixel {
         let ground = self.far(dir);
         let scale = f64::from(self.inputs.frame.delta_scale);
         let straight = clouds.transmittance.powf(1.0 / scale);
         let behind = if clouds.transmittance <= OPAQUE {
             DVec3::ZERO
         } else if ground.is_finite() {
-            let sunlit = (-(self.inputs.sun_depth)(dir * ground)).exp();
+            let sunlit = (-ground_depth(dir * ground)).exp();
             let [by_clouds, sky] = if self.has_air {
                 light_on_ground(self.inputs.field, dir * ground)
             } else {

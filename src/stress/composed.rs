@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3};
 
 use super::difference::{Difference, MOST_RADIANCE, Unexplained, is_beyond, worse};
-use super::explained::{Steps, is_listed};
+use super::explained::{ROUNDED, Steps, is_listed};
 use super::{Case, Energy, Made};
 use crate::Result;
 use crate::error::Error;
@@ -14,7 +14,7 @@ use crate::frame::cpu::segments::ChordInputs;
 use crate::frame::cpu::shadow::{between_texels, texel_side};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::cpu::sky_march::Air;
-use crate::frame::gpu_data::Particle;
+use crate::frame::gpu_data::{Particle, ShadowUniforms};
 use crate::frame::renderer::sky_inputs;
 use crate::frame::view::frame_uniforms;
 use crate::reference::{AIR_STEPS, Exact, ExactPixel, Filter, SunTruth, View};
@@ -122,14 +122,15 @@ impl Composed<'_> {
             Exact::with_sky(scene, inputs(&sun_depth), particles.clone(), lights.clone(), sky)?
                 .filtered();
         let (in_truth, in_texels) = (inputs(&sun_depth), inputs(&between));
-        let with = |inputs| Steps {
+        let steps = Steps {
             exact: &exact,
-            inputs,
+            inputs: &in_truth,
+            ground_depth: &sun_depth,
             particles: &particles,
             lights: &lights,
             quality: &quality,
+            size: 1.0,
         };
-        let (steps, steps_in_texels) = (with(&in_truth), with(&in_texels));
         let view = View::new(&scene.camera, size, None, Filter::Centre);
         let count = picture.radiance.len();
         let looked_at = count.min(PIXELS);
@@ -178,14 +179,33 @@ impl Composed<'_> {
             let left = if is_cloud { apart(many, expected) } else { [0.0; 2] };
             let mut march = apart(frame, few);
             // Where outlines are all or nothing, they are so towards the sun as well: there a texel is told from its
-            // neighbours, as long as it is no wider than what the ray meets.
-            let met = particles.iter().filter(|p| is_listed(p) && meets(p, dir));
-            let texels_show = met.clone().all(|p| {
-                let [x, y, z] = p.centre.map(f64::from);
-                texel_side(&maps, DVec3::new(x, y, z)) <= f64::from(p.radius)
-            });
-            if !is_cloud && texels_show && is_beyond(march[1], MOST_RADIANCE) {
-                march = apart(frame, steps_in_texels.few_and_many(dir)[0]);
+            // neighbours, as long as it is no wider than what the ray meets. So is the edge of a shadow on the ground, by the
+            // deepest of what throws it.
+            let is_shown = |p: &Particle| texel_side(&maps, centre(p)) <= f64::from(p.radius);
+            let mut met = particles.iter().filter(|p| is_listed(p) && meets(p, dir));
+            let in_texels_met = !is_cloud && met.all(is_shown);
+            let on_ground = exact.far(dir) * dir;
+            let shading = particles
+                .iter()
+                .filter(|p| is_listed(p) && shades(p, on_ground, scene.sun.direction, &maps));
+            let thrown_by = shading.max_by(|a, b| depth(a, scale).total_cmp(&depth(b, scale)));
+            let in_texels_on_ground = on_ground.is_finite() && thrown_by.is_some_and(is_shown);
+            let mut steps = steps;
+            if (in_texels_met || in_texels_on_ground) && is_beyond(march[1], MOST_RADIANCE) {
+                if in_texels_met {
+                    steps.inputs = &in_texels;
+                }
+                if in_texels_on_ground {
+                    steps.ground_depth = &between;
+                }
+                march = apart(frame, steps.few_and_many(dir)[0]);
+            }
+            for size in ROUNDED {
+                let fails = |march| Unexplained { march, left: [0.0; 2] }.failure().is_some();
+                let rounded = || apart(frame, Steps { size, ..steps }.few_and_many(dir)[0]);
+                if fails(march) {
+                    march = Some(rounded()).filter(|r| !fails(*r)).unwrap_or(march);
+                }
             }
             most = most.or_worse(Unexplained { march, left });
         }
@@ -204,10 +224,23 @@ fn depth(particle: &Particle, scale: f64) -> f64 {
     f64::from(particle.extinction) * f64::from(particle.radius) / scale
 }
 
+fn centre(particle: &Particle) -> DVec3 {
+    DVec3::from(particle.centre.map(f64::from))
+}
+
+/// Whether texels of the shadow maps that tell of a point may see a particle between it and the sun.
+fn shades(particle: &Particle, point: DVec3, sun: DVec3, maps: &ShadowUniforms) -> bool {
+    // Four texels tell of a point: the farthest is less than the diagonal of one away.
+    let beside = texel_side(maps, point) * std::f64::consts::SQRT_2;
+    let to_centre = centre(particle) - point;
+    let radius = f64::from(particle.radius);
+    let along = to_centre.dot(sun);
+    along > -radius && (to_centre - along * sun).length() < radius + beside
+}
+
 /// Whether a ray from the eye meets a particle.
 pub(super) fn meets(particle: &Particle, dir: DVec3) -> bool {
-    let [x, y, z] = particle.centre.map(f64::from);
-    let (centre, radius) = (DVec3::new(x, y, z), f64::from(particle.radius));
+    let (centre, radius) = (centre(particle), f64::from(particle.radius));
     let nearest = centre.dot(dir).max(0.0) * dir;
     centre.distance_squared(nearest) < radius * radius
 }

@@ -76,7 +76,7 @@ pub(super) struct Unexplained {
 }
 
 impl Unexplained {
-    fn failure(&self) -> Option<String> {
+    pub fn failure(&self) -> Option<String> {
         let judged = [
             ("transmittance", "the frame's march", self.march[0], MOST_TRANSMITTANCE),
             ("transmittance", "exact after many steps", self.left[0], MOST_LEFT),

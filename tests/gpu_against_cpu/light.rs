@@ -121,8 +121,8 @@ fn empty_field(grid: &LightGridPass) -> wgpu::BindGroup {
         view_formats: &[],
     });
     let uniforms = buffers::uniform(gpu(), "light grid", &uniforms);
-    let matter = buffers::storage(gpu(), "matter", 1, 4);
-    grid.bind(gpu(), &uniforms, &texture.create_view(&Default::default()), &matter)
+    let cells = buffers::storage_with(gpu(), "cells", &[u32::MAX]);
+    grid.bind(gpu(), &uniforms, &texture.create_view(&Default::default()), &cells)
 }
 
 /// Worst and root mean square difference.

@@ -1,7 +1,7 @@
 //! The light grid on the device against its twin in double precision.
 
 use cumuli::frame::cpu::light_grid::GridLight;
-use cumuli::frame::light_grid::{GridInputs, Spreads};
+use cumuli::frame::light_grid::{GridInputs, GridRoom, Spreads};
 use cumuli::frame::population::Shapes;
 use cumuli::frame::{Preset, RenderSettings, Renderer, cpu};
 use cumuli::medium::{Phase, Truncation};
@@ -24,9 +24,16 @@ fn difference(tables: &TableSet, scene: &Scene, time: f64, reach: DVec3) -> [f64
     let shapes = Shapes::new(tables);
     let truncation = Truncation::new(&scene.medium.phase);
     let quality = Preset::Low.quality();
-    let inputs = GridInputs::new(scene, &shapes, &truncation, &quality.grid, time, u32::MAX)
-        .expect("inputs")
-        .expect("there are particles");
+    let inputs = GridInputs::new(
+        scene,
+        &shapes,
+        &truncation,
+        &quality.grid,
+        time,
+        (u32::MAX, GridRoom::default()),
+    )
+    .expect("inputs")
+    .expect("there are particles");
     let shift = inputs.anchor_at(time) - scene.camera.position;
     let mut particles = inputs.listed.clone();
     if let Some(clouds) = &inputs.clouds {

@@ -47,6 +47,7 @@
 
 mod cells;
 mod ground;
+mod kept;
 mod matter;
 mod seen;
 mod sunlight;
@@ -62,6 +63,7 @@ use glam::{DVec3, DVec4};
 use half::f16;
 
 use self::cells::{Crossing, cells, centre, corners, index, side};
+use self::kept::{EMPTY_CELL, NO_SLOT};
 use crate::frame::gpu_data::{GridLevel, LightGridUniforms, Particle};
 use crate::frame::light_grid::{least_eigenvalue, relaxations};
 use crate::tables::TableSet;
@@ -107,6 +109,9 @@ fn positive(scattered: [CellLight; DIRECTIONS]) -> [CellLight; DIRECTIONS] {
     scattered.map(|s| balance * s.max(DVec3::ZERO))
 }
 
+/// Light where none is kept, far from matter; as in the shader.
+const OUTSIDE: CellLight = DVec3::new(0.0, 0.5, 1.0);
+
 /// Light from outside of all levels along a direction of travel.
 fn outside(direction: DVec3) -> CellLight {
     DVec3::new(0.0, if direction.y < 0.0 { 1.0 } else { 0.0 }, 1.0)
@@ -120,31 +125,45 @@ pub struct GridLight {
     pub extinction: Vec<f64>,
     /// Sunlight, mean over a cell, where it is asked for: in matter, and in the lowest layer.
     pub sun: Vec<f64>,
-    /// By direction and cell, means over the cell.
-    pub lights: Vec<CellLight>,
+    /// Of every cell; `NO_SLOT` where it keeps no light.
+    slots: Vec<u32>,
+    /// How many keep light.
+    kept: usize,
+    /// By direction and slot, means over the cell.
+    lights: Vec<CellLight>,
     sources: Vec<CellLight>,
 }
 
 impl GridLight {
     /// The light as a device made it: `words` are its packed lights, `packed` (one or two) for each,
-    /// and whatever it keeps behind them.
+    /// and whatever it keeps behind them; `sun` is by slot, `entries` are by cell, with extinctions behind them.
     pub fn from_device(
         uniforms: &LightGridUniforms,
         words: &[u32],
         packed: usize,
         sun: &[f32],
-        extinction: &[f32],
+        entries: &[u32],
     ) -> Self {
         let half = |bits: u32| f16::from_bits(bits as u16).to_f64();
         let light = |w: &[u32]| {
             DVec3::new(half(w[0]), half(w[0] >> 16), w.get(1).map_or(1.0, |sum| half(*sum)))
         };
-        let count = DIRECTIONS * uniforms.cells as usize;
+        let kept = uniforms.kept_room as usize;
+        let (entries, extinctions) = entries.split_at(uniforms.cells as usize);
+        let slot = |entry: &u32| if *entry == NO_SLOT { NO_SLOT } else { *entry & !EMPTY_CELL };
+        let extinction = |entry: &u32| {
+            let bits = extinctions.get(*entry as usize).copied();
+            f64::from(bits.map_or(0.0, f32::from_bits))
+        };
+        let slots: Vec<u32> = entries.iter().map(slot).collect();
+        let lit = |slot: &u32| f64::from(sun.get(*slot as usize).copied().unwrap_or(0.0));
         Self {
             uniforms: *uniforms,
-            extinction: extinction.iter().map(|e| f64::from(*e)).collect(),
-            sun: sun.iter().map(|t| f64::from(*t)).collect(),
-            lights: words.chunks_exact(packed.max(1)).take(count).map(light).collect(),
+            extinction: entries.iter().map(extinction).collect(),
+            sun: slots.iter().map(lit).collect(),
+            slots,
+            kept,
+            lights: words.chunks_exact(packed.max(1)).take(DIRECTIONS * kept).map(light).collect(),
             sources: Vec::new(),
         }
     }
@@ -161,6 +180,7 @@ impl GridLight {
         for particle in particles {
             grid.splat(particle, f64::from(spreads[particle.shape as usize]), tables);
         }
+        grid.keep();
         let [coarsest, finer] = turns.map(|turns| relaxations(turns, least_eigenvalue(uniforms)));
         let levels = grid.levels();
         for inner in (0..levels).rev() {
@@ -179,6 +199,8 @@ impl GridLight {
             uniforms: *uniforms,
             extinction: vec![0.0; count],
             sun: vec![0.0; count],
+            slots: (0..uniforms.cells).collect(),
+            kept: count,
             lights: vec![DVec3::ZERO; DIRECTIONS * count],
             sources: vec![DVec3::ZERO; DIRECTIONS * count],
         }
@@ -194,6 +216,12 @@ impl GridLight {
     fn turn(&mut self, inner: usize, step: f64, is_last: bool) -> [CellLight; DIRECTIONS] {
         self.scatter(inner, step, is_last);
         std::array::from_fn(|d| self.sweep(inner, d))
+    }
+
+    /// Where the light of a cell along a direction is; none where it keeps none.
+    fn light_at(&self, d: usize, cell: usize) -> Option<usize> {
+        let slot = self.slots[cell];
+        (slot != NO_SLOT).then_some(d * self.kept + slot as usize)
     }
 
     fn sun_direction(&self) -> DVec3 {
@@ -218,10 +246,10 @@ impl GridLight {
         if inner + 1 < self.levels() {
             let outer = self.level(inner + 1);
             if let Some(corners) = corners(&outer, point) {
-                let base = d * self.uniforms.cells as usize;
+                let light = |c| self.light_at(d, index(&outer, c)).map(|at| self.lights[at]);
                 return corners
                     .iter()
-                    .map(|(c, w)| *w * self.lights[base + index(&outer, *c)])
+                    .map(|(c, w)| *w * light(*c).unwrap_or(outside(direction(d))))
                     .sum();
             }
         }
@@ -232,46 +260,47 @@ impl GridLight {
         let level = self.level(inner);
         for d in 0..DIRECTIONS {
             for cell in cells(&level) {
-                let light = self.inflow(inner, d, centre(&level, cell.map(|v| v as f64)));
-                self.lights[d * self.uniforms.cells as usize + index(&level, cell)] = light;
+                if let Some(at) = self.light_at(d, index(&level, cell)) {
+                    self.lights[at] = self.inflow(inner, d, centre(&level, cell.map(|v| v as f64)));
+                }
             }
         }
     }
 
     fn scatter(&mut self, inner: usize, step: f64, is_last: bool) {
         let level = self.level(inner);
-        let all = self.uniforms.cells as usize;
         let moments =
             [f64::from(self.uniforms.moment_first), f64::from(self.uniforms.moment_second)];
         let sun = self.sun_direction();
         for cell in cells(&level) {
             let at = index(&level, cell);
+            let Some(slot) = self.light_at(0, at) else { continue };
             let mut scattered = [DVec3::ZERO; DIRECTIONS];
             for (d, scattered) in scattered.iter_mut().enumerate() {
                 let mut sum = DVec3::ZERO;
                 for e in 0..DIRECTIONS {
                     let weight = phase(moments, direction(d).dot(direction(e))) / DIRECTIONS as f64;
-                    sum += weight * self.lights[e * all + at];
+                    sum += weight * self.lights[e * self.kept + slot];
                 }
                 let once = self.sun[at] * phase(moments, -direction(d).dot(sun)) / (4.0 * PI);
                 let once = DVec3::new(once, 0.0, 0.0);
                 let wanted = f64::from(self.uniforms.albedo) * (sum + once);
-                let before = self.sources[d * all + at];
+                let before = self.sources[d * self.kept + slot];
                 *scattered = before + step * (wanted - before);
             }
             if is_last {
                 scattered = positive(scattered);
             }
             for (d, source) in scattered.into_iter().enumerate() {
-                self.sources[d * all + at] = source;
+                self.sources[d * self.kept + slot] = source;
             }
         }
     }
 
     /// What the cells send towards an eye at a point relative to the anchor.
     pub fn seen_from(&self, eye: DVec3) -> FieldSeen {
-        let all = self.uniforms.cells as usize;
-        let mut field = vec![DVec4::ZERO; all];
+        let outside = f64::from(self.uniforms.albedo) * OUTSIDE;
+        let mut field = vec![DVec4::ZERO; self.uniforms.cells as usize];
         let shares = self.ground_shares();
         for (l, shares) in shares.iter().enumerate() {
             let level = self.level(l);
@@ -284,14 +313,18 @@ impl GridLight {
                 let moments = [self.uniforms.moment_first, self.uniforms.moment_second]
                     .map(|m| f64::from(m) * sharp);
                 let at = index(&level, cell);
+                let column = shares[cell[2] * level.size[0] as usize + cell[0]];
+                let share = column.get(cell[1]).copied().unwrap_or(0.0);
+                let Some(slot) = self.light_at(0, at) else {
+                    field[at] = outside.extend(share);
+                    continue;
+                };
                 let mut sum: DVec3 = (0..DIRECTIONS)
                     .map(|d| {
                         let weight = phase(moments, -direction(d).dot(view)) / DIRECTIONS as f64;
-                        weight * self.lights[d * all + at]
+                        weight * self.lights[d * self.kept + slot]
                     })
                     .sum();
-                let column = shares[cell[2] * level.size[0] as usize + cell[0]];
-                let share = column.get(cell[1]).copied().unwrap_or(0.0);
                 sum.y = sum.y.min(sum.z);
                 field[at] = (f64::from(self.uniforms.albedo) * sum.max(DVec3::ZERO)).extend(share);
             }

@@ -78,7 +78,8 @@ impl LightGrid {
         }
         let inputs = order.inputs;
         let mut work = GridWork::default();
-        let serves = |s: &Solution| s.inputs.is_near(inputs);
+        // One that found no room for some of its cells lacks light.
+        let serves = |s: &Solution| s.inputs.is_near(inputs) && s.inputs.room == inputs.room;
         let sliced = order.slice > 0 && self.shown.as_ref().is_some_and(serves);
         if self.shown.as_ref().is_some_and(|s| s.inputs == *inputs) {
             self.drop_next();
@@ -177,16 +178,25 @@ impl LightGrid {
         next.or(self.shown.as_ref()).map(|s| &s.job.count)
     }
 
+    /// Numbers of cells with matter, and of those without that keep light, of what was made last: buffers that
+    /// hold them at this word.
+    pub fn slot_counts(&self) -> Option<([&wgpu::Buffer; 2], u64)> {
+        let next = self.next.as_ref().map(|(next, _)| next);
+        let slots = &next.or(self.shown.as_ref())?.job.slots;
+        Some((slots.offsets.each_ref(), slots.words.into()))
+    }
+
     /// What the last eye sees of it, read back.
     pub fn seen(&self, gpu: &Gpu) -> Result<FieldSeen> {
         let (Some(Solution { job, inputs }), Some(eye)) = (&self.shown, self.seen_from) else {
             return Err(Error::Gpu("the light grid was not made".to_owned()));
         };
         let lights = gpu.read_buffer::<u32>(&job.lights, job.lights.size() as usize / 4)?;
-        let sun = gpu.read_buffer::<f32>(&job.sun, job.cells as usize)?;
-        let extinction = gpu.read_buffer::<f32>(&job.extinction, job.cells as usize)?;
+        let sun = gpu.read_buffer::<f32>(&job.sun, job.room.kept as usize)?;
+        let words = (job.cells + job.room.matter) as usize;
+        let cells = gpu.read_buffer::<u32>(&job.slots.cells, words)?;
         let light =
-            GridLight::from_device(&inputs.uniforms, &lights, job.light_words, &sun, &extinction);
+            GridLight::from_device(&inputs.uniforms, &lights, job.light_words, &sun, &cells);
         Ok(light.seen_from(DVec3::from_array(eye.map(f64::from))))
     }
 

@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use super::levels::{Levels, fitting, of_field, of_list};
+use super::levels::{GridRoom, Levels, fitting, of_list};
 use super::pass::light_words;
 use crate::Result;
 use crate::frame::gpu_data::{GRID_LEVELS, GridLevel, LightGridUniforms, Particle};
@@ -93,6 +93,8 @@ pub struct GridInputs {
     pub listed: Vec<Particle>,
     /// Turns of scattering and sweeping.
     pub turns: [u32; 2],
+    /// Room for cells that keep light.
+    pub room: GridRoom,
     /// m, the anchor at time 0; it drifts with the field.
     start: DVec3,
     /// m/s.
@@ -126,19 +128,21 @@ const EXTINCTION_FACTOR: f64 = 1.25;
 const SUN_JUMP: f32 = 0.996_194_7;
 
 impl GridInputs {
-    /// Of a scene at a time (s); none where there is no particle. Extinctions are scaled by `truncation`.
+    /// Of a scene at a time (s); none where there is no particle. Extinctions are scaled by `truncation`. There is
+    /// room for `capacity` particles, and for as many slots as `room` says or more.
     pub fn new(
         scene: &Scene,
         shapes: &Shapes,
         truncation: &Truncation,
         settings: &GridSettings,
         time: f64,
-        capacity: u32,
+        (capacity, room): (u32, GridRoom),
     ) -> Result<Option<Self>> {
         let camera = scene.camera.position;
         let epoch_length =
             scene.clouds.as_ref().map_or(0.0, |f| f.evolution_time / STEPS_PER_TURNOVER);
         let scale = truncation.scale(scene.medium.albedo);
+        let words = light_words(scene.medium.albedo);
         let (levels, epoch, start, wind) = match &scene.clouds {
             Some(field) => {
                 let epoch = (time / epoch_length).floor() * epoch_length;
@@ -147,8 +151,7 @@ impl GridInputs {
                 // Altitudes are those of the ground: the field may only drift sideways here.
                 let start = DVec3::new(drifted.x, 0.0, drifted.z);
                 let anchor = start + field.wind * epoch;
-                let words = light_words(scene.medium.albedo);
-                let levels = fitting(settings.fineness, words, |f| of_field(field, anchor, f));
+                let levels = fitting(field, anchor, settings.fineness, words, room.for_all);
                 (levels, epoch, start, field.wind)
             }
             None => match of_list(&scene.particles, settings.fineness) {
@@ -180,6 +183,11 @@ impl GridInputs {
         uniforms.levels = levels.levels.len() as u32;
         uniforms.cells = levels.cells();
         uniforms.longest = levels.longest();
+        uniforms.words = levels.words();
+        let coverage = scene.clouds.as_ref().map_or(1.0, |field| field.coverage);
+        let room = room.at_least(&levels, coverage, words);
+        uniforms.matter_room = room.matter;
+        uniforms.kept_room = room.kept;
         uniforms.moment_first = truncation.moments[0] as f32;
         uniforms.moment_second = truncation.moments[1] as f32;
         uniforms.albedo = truncation.albedo(scene.medium.albedo) as f32;
@@ -203,6 +211,7 @@ impl GridInputs {
             field,
             listed,
             turns,
+            room,
             start,
             wind,
             epoch,

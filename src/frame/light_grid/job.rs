@@ -3,8 +3,10 @@
 use bytemuck::Zeroable;
 
 use super::inputs::GridInputs;
+use super::levels::GridRoom;
 use super::pass::DIRECTIONS;
 use super::relaxation::{least_eigenvalue, relaxations};
+use super::slots::SlotsJob;
 use crate::frame::gpu_data::{GridEye, GridStage, LightGridUniforms, Particle};
 use crate::frame::passes::Passes;
 use crate::frame::rings::{RingJob, particle_count_buffer};
@@ -21,6 +23,14 @@ pub struct GridSize {
 
 /// Words of the list of large particles before them; as in the shader.
 const LARGE_HEAD: usize = 2;
+/// Turns of loops that a part of a sweep may take: lavapipe ends loops after 65,535 of a group of eight invocations.
+const SWEEP_TURNS: u32 = 64_000;
+/// Turns a cell of a row takes where each of the eight goes on alone: to walk there, and to scatter.
+const CELL_TURNS: u32 = 2 * 8;
+/// The same for a cell of the first row of a plane, once for each of the eight: to let light in by two turns of corners.
+const ENTERING_TURNS: u32 = 3 * 8;
+/// Turns a row has besides those for its cells.
+const ROW_TURNS: u32 = 16;
 /// Bytes of a texel of the field.
 const TEXEL_BYTES: u64 = 8;
 /// Bytes from one stage to the next: what WebGPU asks of offsets into uniforms at most.
@@ -37,6 +47,7 @@ pub(super) struct Job {
     pub sizes: Vec<[u32; 4]>,
     pub cells: u32,
     pub grid_size: GridSize,
+    pub room: GridRoom,
     pub turns: [u32; 2],
     pub least_eigenvalue: f64,
     pub uniforms: wgpu::Buffer,
@@ -44,17 +55,16 @@ pub(super) struct Job {
     pub particles: wgpu::Buffer,
     pub count: wgpu::Buffer,
     pub rings: Option<RingJob>,
-    pub matter: wgpu::Buffer,
+    pub slots: SlotsJob,
     pub large: wgpu::Buffer,
-    pub extinction: wgpu::Buffer,
     pub sun: wgpu::Buffer,
     pub sources: wgpu::Buffer,
     pub lights: wgpu::Buffer,
     pub light_words: usize,
     pub bytes: u64,
     pub splat: wgpu::BindGroup,
-    /// By level and turn.
-    pub stages: Vec<Vec<wgpu::BindGroup>>,
+    /// By level, turn and part of a sweep.
+    pub stages: Vec<Vec<Vec<wgpu::BindGroup>>>,
     pub ground: wgpu::BindGroup,
     pub field: wgpu::BindGroup,
     pub read: wgpu::BindGroup,
@@ -65,6 +75,7 @@ impl Job {
     pub fn fits(&self, inputs: &GridInputs, size: GridSize) -> bool {
         self.sizes == inputs.levels.sizes()
             && self.grid_size == size
+            && self.room == inputs.room
             && self.turns == inputs.turns
             && self.least_eigenvalue == least_eigenvalue(&inputs.uniforms)
     }
@@ -87,15 +98,15 @@ impl Job {
         let particles =
             buffers::storage(gpu, "grid particles", capacity as usize, size_of::<Particle>());
         let count = particle_count_buffer(gpu, 0);
-        let matter = buffers::storage(gpu, "grid matter", cells as usize, word);
+        let room = inputs.room;
+        let slots = pass.slots.job(gpu, &passes.lists.scan, &uniforms, inputs);
         let large = buffers::storage(gpu, "grid large", capacity as usize + LARGE_HEAD, word);
-        let extinction = buffers::storage(gpu, "grid extinction", cells as usize, word);
-        let sun = buffers::storage(gpu, "grid sun", cells as usize, word);
+        let sun = buffers::storage(gpu, "grid sun", room.kept as usize, word);
         let light = |label, count| {
             buffers::storage(gpu, label, count as usize, pass.light_words as usize * word)
         };
-        let sources = light("grid sources", cells * DIRECTIONS);
-        let lights = light("grid lights", inputs.levels.lights());
+        let sources = light("grid sources", room.matter * DIRECTIONS);
+        let lights = light("grid lights", inputs.levels.lights(room.kept));
         let columns_of_levels = inputs.levels.columns() as usize;
         let fallen = buffers::storage(gpu, "grid fallen", columns_of_levels, size_of::<[f32; 4]>());
         let shares = buffers::storage(gpu, "grid shares", columns_of_levels, size_of::<[f32; 2]>());
@@ -107,8 +118,7 @@ impl Job {
                 particles.as_entire_binding(),
                 count.as_entire_binding(),
                 pass.spreads.as_entire_binding(),
-                matter.as_entire_binding(),
-                extinction.as_entire_binding(),
+                slots.cells.as_entire_binding(),
                 large.as_entire_binding(),
             ],
         );
@@ -122,15 +132,19 @@ impl Job {
                         offset,
                         size: wgpu::BufferSize::new(size_of::<GridStage>() as u64),
                     }),
-                    extinction.as_entire_binding(),
+                    slots.cells.as_entire_binding(),
+                    slots.cell_of.as_entire_binding(),
+                    slots.offsets[0].as_entire_binding(),
+                    slots.offsets[1].as_entire_binding(),
                     sun.as_entire_binding(),
                     sources.as_entire_binding(),
                     lights.as_entire_binding(),
                 ],
             )
         };
-        let stages = offsets.into_iter().map(|level| level.into_iter().map(stage).collect());
-        let stages = stages.collect();
+        let parts = |turn: Vec<u64>| turn.into_iter().map(stage).collect();
+        let turns = |level: Vec<Vec<u64>>| level.into_iter().map(parts).collect();
+        let stages = offsets.into_iter().map(turns).collect();
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("light field"),
             size: wgpu::Extent3d {
@@ -153,7 +167,7 @@ impl Job {
             &[
                 uniforms.as_entire_binding(),
                 sun.as_entire_binding(),
-                extinction.as_entire_binding(),
+                slots.cells.as_entire_binding(),
                 lights.as_entire_binding(),
                 fallen.as_entire_binding(),
                 shares.as_entire_binding(),
@@ -167,14 +181,19 @@ impl Job {
                 lights.as_entire_binding(),
                 shares.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&view),
+                slots.cells.as_entire_binding(),
+                slots.cell_of.as_entire_binding(),
+                slots.offsets[0].as_entire_binding(),
+                slots.offsets[1].as_entire_binding(),
             ],
         );
-        let read = pass.bind(gpu, &uniforms, &view, &extinction);
+        let read = pass.bind(gpu, &uniforms, &view, &slots.cells);
         let rings = (columns > 0)
             .then(|| passes.rings.job(gpu, &passes.lists.scan, columns, &particles, &count));
         let texels = u64::from(size[0]) * u64::from(size[1]) * u64::from(size[2]);
         let bytes = particles.size()
-            + 3 * matter.size()
+            + slots.bytes
+            + sun.size()
             + large.size()
             + sources.size()
             + lights.size()
@@ -188,6 +207,7 @@ impl Job {
             sizes: inputs.levels.sizes(),
             cells,
             grid_size,
+            room,
             turns: inputs.turns,
             least_eigenvalue: least_eigenvalue(&inputs.uniforms),
             uniforms,
@@ -195,9 +215,8 @@ impl Job {
             particles,
             count,
             rings,
-            matter,
+            slots,
             large,
-            extinction,
             sun,
             sources,
             lights,
@@ -212,18 +231,32 @@ impl Job {
     }
 }
 
-/// The stages of a solution, and where each one is, by level and turn.
-fn stages(gpu: &Gpu, inputs: &GridInputs) -> (wgpu::Buffer, Vec<Vec<u64>>) {
+/// Rows of slanted planes in parts, each of them few enough for a driver that ends loops.
+fn parts(longest: u32) -> impl Iterator<Item = [u32; 2]> {
+    let left = SWEEP_TURNS.saturating_sub(ENTERING_TURNS * longest);
+    let rows = (left / (CELL_TURNS * longest + ROW_TURNS)).max(1);
+    (0..longest.max(1)).step_by(rows as usize).map(move |first| [first, first + rows])
+}
+
+/// The stages of a solution, and where each one is, by level, turn and part of a sweep.
+fn stages(gpu: &Gpu, inputs: &GridInputs) -> (wgpu::Buffer, Vec<Vec<Vec<u64>>>) {
     let (mut bytes, mut offsets) = (Vec::new(), Vec::new());
-    for level in 0..inputs.levels.levels.len() {
+    for (level, cells) in inputs.levels.levels.iter().enumerate() {
+        let longest = cells.size[..3].iter().max().copied().unwrap_or(0);
         let mut of_level = Vec::new();
         let steps = relaxations(inputs.turns_of(level), least_eigenvalue(&inputs.uniforms));
         for (turn, relaxation) in steps.iter().copied().enumerate() {
             let is_last = u32::from(turn + 1 == steps.len());
-            let stage = GridStage { level: level as u32, relaxation, is_last, padding_c: 0 };
-            of_level.push(bytes.len() as u64);
-            bytes.extend_from_slice(bytemuck::bytes_of(&stage));
-            bytes.resize(bytes.len().next_multiple_of(STAGE_STRIDE), 0);
+            let mut of_turn = Vec::new();
+            for [first_row, end_row] in parts(longest) {
+                let level = level as u32;
+                let zeroed = GridStage::zeroed();
+                let stage = GridStage { level, relaxation, is_last, first_row, end_row, ..zeroed };
+                of_turn.push(bytes.len() as u64);
+                bytes.extend_from_slice(bytemuck::bytes_of(&stage));
+                bytes.resize(bytes.len().next_multiple_of(STAGE_STRIDE), 0);
+            }
+            of_level.push(of_turn);
         }
         offsets.push(of_level);
     }

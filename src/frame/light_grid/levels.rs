@@ -14,7 +14,7 @@ const CELLS_PER_RADIUS: f64 = 2.5;
 /// too.
 const LEAST_ALONG: f64 = 32.0;
 /// Most cells along an axis of a level.
-const MOST_ALONG: f64 = 192.0;
+const MOST_ALONG: f64 = 384.0;
 /// Most cells of the finest level over listed particles.
 const MOST_CELLS: f64 = 450_000.0;
 /// Cells of the coarsest level over listed particles, along its longest axis: few enough for light
@@ -25,6 +25,15 @@ const LEAST_LAYERS: f64 = 6.0;
 
 /// Words that a buffer of all lights may have: what WebGPU lets every device bind, 128 MiB.
 const MOST_WORDS: u64 = (128 << 20) / 4;
+/// First guesses of the shares of cells with matter, and of all that keep light: those without any clouds, and what
+/// full coverage adds. Of scenes/cumulus.toml, coverage 0.25, fineness 1.55 and 2.5, 0.073 and 0.076 have matter, 0.27
+/// and 0.23 keep light; of scenes/sunset.toml, fineness 2.2, 0.084 and 0.25.
+const FIRST_MATTER: [f64; 2] = [0.02, 0.4];
+const FIRST_KEPT: [f64; 2] = [0.17, 0.6];
+/// Most cells that keep light, of a field, over its coverage: those of the lowest layers and beside matter.
+const KEPT_BESIDE: f64 = 0.15;
+/// Cells of a word; as in the shader.
+const WORD_CELLS: u32 = 32;
 /// By this the fineness goes down until the lights fit.
 const COARSER: f64 = 0.93;
 
@@ -38,10 +47,16 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Lights that the solution keeps: of all cells, and what flows along the rows of slanted planes, of
+    /// Lights of a solution with so many slots: with what flows along the rows of slanted planes, of
     /// which there are up to twice as many as cells along a level.
-    pub fn lights(&self) -> u32 {
-        DIRECTIONS * (self.cells() + 2 * self.longest() * self.longest())
+    pub fn lights(&self, slots: u32) -> u32 {
+        DIRECTIONS * (slots + 2 * self.longest() * self.longest())
+    }
+
+    /// Words of 32 cells of a row, of all levels.
+    pub fn words(&self) -> u32 {
+        let words = |l: &GridLevel| l.size[0].div_ceil(WORD_CELLS) * l.size[1] * l.size[2];
+        self.levels.iter().map(words).sum()
     }
 
     /// Columns of cells of all levels.
@@ -71,27 +86,93 @@ impl Levels {
     }
 
     fn push(&mut self, low: DVec3, cell: DVec3, cells: DVec3) {
-        let first = self.cells();
+        let (first, first_word) = (self.cells(), self.words());
         let slice: u32 = self.levels.iter().map(|l| l.size[2]).sum();
         let [x, y, z] = low.as_vec3().to_array();
         let [u, v, w] = cell.as_vec3().to_array();
         let [nx, ny, nz] = cells.to_array().map(|n| n as u32);
         self.levels.push(GridLevel {
             low: [x, y, z, slice as f32],
-            cell: [u, v, w, 0.0],
+            cell: [u, v, w, first_word as f32],
             size: [nx, ny, nz, first],
         });
     }
 }
 
-/// Levels as fine as this, or less fine where their lights, of so many words each, are more than a
-/// device must be able to bind.
+/// Room for the slots of cells that keep light. Grows when a frame reports that it needed more.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GridRoom {
+    /// Slots of cells with matter.
+    pub matter: u32,
+    /// Slots of all cells that keep light, with these.
+    pub kept: u32,
+    /// As many there may be at most: what a device must be able to bind.
+    pub most: u32,
+    /// So many were too few once: since then there is room for all cells of a level, which are less fine for it.
+    pub for_all: bool,
+}
+
+impl GridRoom {
+    /// At least the first guess for these levels, of a field of this coverage (1 for listed particles), whose lights
+    /// have so many words.
+    pub fn at_least(self, levels: &Levels, coverage: f64, words: u32) -> Self {
+        let cells = levels.cells();
+        let flows = u64::from(levels.lights(0));
+        let most = (MOST_WORDS / u64::from(words)).saturating_sub(flows) / u64::from(DIRECTIONS);
+        let most = most.min(cells.into()) as u32;
+        let guess = |[least, rise]: [f64; 2]| {
+            ((least + rise * coverage).min(1.0) * f64::from(cells)).ceil() as u32
+        };
+        let room = |now: u32, first| now.max(guess(first)).min(most).max(1);
+        Self {
+            matter: room(self.matter, FIRST_MATTER),
+            kept: room(self.kept, FIRST_KEPT),
+            most: most.max(1),
+            for_all: self.for_all,
+        }
+    }
+
+    /// Room for so many cells with matter and so many that keep light.
+    pub fn grown(self, [matter, kept]: [u32; 2], with_room: impl Fn(u32) -> u32) -> Self {
+        let grow = |now: u32, wanted: u32| {
+            if wanted > now { with_room(wanted).min(self.most).max(now) } else { now }
+        };
+        Self {
+            matter: grow(self.matter, matter),
+            kept: grow(self.kept, kept),
+            for_all: self.for_all || kept > self.most,
+            ..self
+        }
+    }
+}
+
+/// Share of the cells of a field of this coverage, with particles as large as usual or larger, that keep light at most.
+fn most_kept(field: &CloudField) -> f64 {
+    let usual = CloudField::default().particle_size;
+    let wider = (field.particle_size / usual).max(1.0).powi(2);
+    let coverage = if field.weather.is_some() { 1.0 } else { field.coverage };
+    (KEPT_BESIDE + coverage * wider).min(1.0)
+}
+
+/// Levels of a field as fine as this, or less fine where their lights, of so many words each, may be more than a
+/// device must be able to bind. `for_all`: even if every cell kept some.
 /// In a medium that absorbs, lights have two words: there preset ultra gets the cells of high.
-pub fn fitting(fineness: f64, words: u32, make: impl Fn(f64) -> Levels) -> Levels {
+pub fn fitting(
+    field: &CloudField,
+    anchor: DVec3,
+    fineness: f64,
+    words: u32,
+    for_all: bool,
+) -> Levels {
+    let share = if for_all { 1.0 } else { most_kept(field) };
     let mut fineness = fineness;
     loop {
-        let levels = make(fineness);
-        if u64::from(words) * u64::from(levels.lights()) <= MOST_WORDS {
+        let levels = of_field(field, anchor, fineness);
+        let slots = (share * f64::from(levels.cells())).ceil() as u32;
+        // An entry for each cell, and its extinction.
+        let entries = u64::from(levels.cells()) + u64::from(slots);
+        let lights = u64::from(words) * u64::from(levels.lights(slots));
+        if lights.max(entries) <= MOST_WORDS {
             return levels;
         }
         fineness *= COARSER;

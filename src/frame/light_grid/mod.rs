@@ -9,10 +9,11 @@ mod job;
 mod levels;
 mod pass;
 mod relaxation;
+mod slots;
 
 pub use grid::{GridOrder, GridWork, LightGrid};
 pub use inputs::{GridInputs, GridSettings, Spreads, scale_field, scale_particles};
 pub use job::GridSize;
-pub use levels::{Levels, of_field, of_list};
+pub use levels::{GridRoom, Levels, of_field, of_list};
 pub use pass::{GridMedium, GridWith, LightGridPass};
 pub use relaxation::{LARGEST_EIGENVALUE, least_eigenvalue, relaxations};

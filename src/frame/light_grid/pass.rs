@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::grid::{GridWork, LightGrid, Solution};
 use super::inputs::Spreads;
+use super::slots::SlotsPass;
 use crate::Result;
 use crate::frame::gpu_data::GridEye;
 use crate::frame::passes::Passes;
@@ -35,6 +36,7 @@ pub(super) fn light_words(albedo: f64) -> u32 {
 /// The pipelines, and the layout of what the blend reads.
 pub struct LightGridPass {
     pub(super) matter: Kernel,
+    pub(super) slots: SlotsPass,
     pub(super) solve: Kernel,
     pub(super) ground: Kernel,
     pub(super) field: Kernel,
@@ -77,6 +79,7 @@ impl LightGridPass {
         let kernel = |file| Kernel::new(gpu, library, file, defs, &[]);
         let file = crate::shader_file!("frame/light_grid_matter.wgsl");
         let matter = Kernel::new(gpu, library, file, defs, &[medium.tables])?;
+        let slots = SlotsPass::new(gpu, library)?;
         let solve = kernel(crate::shader_file!("frame/light_grid.wgsl"))?;
         let ground = kernel(crate::shader_file!("frame/light_ground.wgsl"))?;
         let field = kernel(crate::shader_file!("frame/light_field.wgsl"))?;
@@ -123,7 +126,18 @@ impl LightGridPass {
         });
         let spreads = buffers::storage_with(gpu, "spreads", &medium.spreads.0);
         let halo = buffers::storage_with(gpu, "halo", &medium.halo.factors);
-        Ok(Self { matter, solve, ground, field, light_words, spreads, layout, sampler, halo })
+        Ok(Self {
+            matter,
+            slots,
+            solve,
+            ground,
+            field,
+            light_words,
+            spreads,
+            layout,
+            sampler,
+            halo,
+        })
     }
 
     /// Layout of bind group 3 of passes that read the field.
@@ -131,21 +145,21 @@ impl LightGridPass {
         &self.layout
     }
 
-    /// Binds a field for passes that read it: `LightGridUniforms`, the texture, and the extinction
-    /// (1/m) of every cell.
+    /// Binds a field for passes that read it: `LightGridUniforms`, the texture, and the slot of every
+    /// cell with the extinctions (1/m) by slot behind them.
     pub fn bind(
         &self,
         gpu: &Gpu,
         uniforms: &wgpu::Buffer,
         field: &wgpu::TextureView,
-        matter: &wgpu::Buffer,
+        cells: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
         let resources = [
             uniforms.as_entire_binding(),
             wgpu::BindingResource::TextureView(field),
             wgpu::BindingResource::Sampler(&self.sampler),
             self.halo.as_entire_binding(),
-            matter.as_entire_binding(),
+            cells.as_entire_binding(),
         ];
         let entries: Vec<_> = (0..)
             .zip(resources)
@@ -183,21 +197,27 @@ impl LightGridPass {
         for (level, (turn, stage)) in
             (1..).zip(turns).filter(|(step, _)| work.steps.contains(step)).map(|t| t.1)
         {
-            let groups = level.size[..3].iter().product::<u32>().div_ceil(WORKGROUP);
+            // How many of its cells keep light the device alone knows.
+            let cells = level.size[..3].iter().product::<u32>();
+            let with_matter = cells.min(job.room.matter).div_ceil(WORKGROUP);
+            let kept = cells.min(job.room.kept).div_ceil(WORKGROUP);
             // A direction moves no farther across a level than along it.
             let longest = level.size[..3].iter().max().copied().unwrap_or(0);
             let planes = (2 * longest).div_ceil(SWEEP_PLANES);
-            let mut dispatch = |entry, x, y| {
+            let mut dispatch = |entry, part, x, y| {
                 pass.set_pipeline(self.solve.pipeline(entry));
-                pass.set_bind_group(0, stage, &[]);
+                pass.set_bind_group(0, part, &[]);
                 pass.dispatch_workgroups(x, y, 1);
             };
+            let Some(first) = stage.first() else { continue };
             if turn == 0 {
-                dispatch("begin", groups, DIRECTIONS);
-                dispatch("sunlight", groups, 1);
+                dispatch("begin", first, with_matter, DIRECTIONS);
+                dispatch("sunlight", first, kept, 1);
             }
-            dispatch("scatter", groups, 1);
-            dispatch("sweep", planes, DIRECTIONS);
+            dispatch("scatter", first, with_matter, 1);
+            for part in stage {
+                dispatch("sweep", part, planes, DIRECTIONS);
+            }
         }
         if work.solved {
             let columns = inputs.levels.columns().div_ceil(WORKGROUP);
@@ -223,11 +243,12 @@ impl LightGridPass {
         if inputs.clouds.is_none() {
             gpu.queue.write_buffer(&job.count, 0, bytemuck::cast_slice(&[listed, listed]));
         }
-        encoder.clear_buffer(&job.matter, 0, None);
+        encoder.clear_buffer(&job.slots.cells, 0, None);
         encoder.clear_buffer(&job.large, 0, None);
-        // Where there is no matter nothing is written or read: nothing shall be left there of a solution that
-        // was given up on its way.
+        // What no slot is of is neither written nor read: nothing shall be left there of a solution that was
+        // given up on its way.
         encoder.clear_buffer(&job.sources, 0, None);
+        encoder.clear_buffer(&job.lights, 0, None);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("light grid"),
             timestamp_writes: None,
@@ -245,8 +266,7 @@ impl LightGridPass {
         let levels = inputs.levels.levels.len() as u32;
         let groups = large_groups(listed, &inputs.levels.sizes()).max(LARGE_GROUPS);
         pass.dispatch_workgroups(most.min(groups), levels, 1);
-        pass.set_pipeline(self.matter.pipeline("density"));
-        pass.dispatch_workgroups(job.cells.div_ceil(WORKGROUP), 1, 1);
+        self.slots.encode(pass, &passes.lists.scan, &job.slots);
     }
 
     /// Records what the eye sees of it.
@@ -255,6 +275,7 @@ impl LightGridPass {
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         grid: &LightGrid,
+        work: &GridWork,
         shift: DVec3,
     ) {
         let Some(Solution { job, inputs }) = grid.shown() else { return };
@@ -263,9 +284,13 @@ impl LightGridPass {
         gpu.queue.write_buffer(&job.eye, 0, bytemuck::bytes_of(&eye));
         let largest = inputs.levels.levels.iter().map(|l| l.size[..3].iter().product::<u32>());
         let groups = largest.max().unwrap_or(0).div_ceil(WORKGROUP);
-        pass.set_pipeline(self.field.pipeline("light_field"));
         pass.set_bind_group(0, &job.field, &[]);
-        pass.dispatch_workgroups(groups, inputs.levels.levels.len() as u32, 1);
+        if work.solved {
+            pass.set_pipeline(self.field.pipeline("field_outside"));
+            pass.dispatch_workgroups(groups, inputs.levels.levels.len() as u32, 1);
+        }
+        pass.set_pipeline(self.field.pipeline("light_field"));
+        pass.dispatch_workgroups(job.room.kept.div_ceil(WORKGROUP), 1, 1);
     }
 }
 

@@ -118,7 +118,7 @@ impl Renderer {
                 match pass {
                     Pass::Sky | Pass::LightGrid | Pass::Blend => {}
                     Pass::LightField => {
-                        passes.light_grid.encode_field(gpu, compute, &self.grid, shift);
+                        passes.light_grid.encode_field(gpu, compute, &self.grid, grid, shift);
                     }
                     Pass::Rings => {
                         if let (Some(job), Some(clouds)) = (&resources.rings, &key.clouds) {
@@ -175,7 +175,8 @@ impl Renderer {
         }
         let of_grid = [self.grid.particle_count(), self.grid.large()];
         let of_grid = if plan.has_clouds() { of_grid } else { [None; 2] };
-        self.stats.gather(&mut encoder, resources, &self.shadow, of_grid);
+        let slots = self.grid.slot_counts().filter(|_| plan.has_clouds());
+        self.stats.gather(&mut encoder, resources, &self.shadow, of_grid, slots);
         gpu.queue.submit([encoder.finish()]);
         Ok(())
     }

@@ -149,6 +149,6 @@ pub(super) fn field_on_device(grid: &LightGridPass, field: &FieldSeen) -> wgpu::
         bytemuck::cast_slice(&texels),
     );
     let uniforms = buffers::uniform(gpu, "light grid", field.uniforms());
-    let matter = buffers::storage(gpu, "matter", field.cells().len(), 4);
-    grid.bind(gpu, &uniforms, &texture.create_view(&Default::default()), &matter)
+    let cells = buffers::storage_with(gpu, "cells", &vec![u32::MAX; field.cells().len()]);
+    grid.bind(gpu, &uniforms, &texture.create_view(&Default::default()), &cells)
 }

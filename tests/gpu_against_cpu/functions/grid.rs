@@ -194,7 +194,10 @@ impl Field {
         let light: Vec<[f16; 4]> = (0..3 * count)
             .map(|_| std::array::from_fn(|_| f16::from_f64(random.between(0.0, 1.0))))
             .collect();
-        let matter: Vec<f32> = (0..3 * count).map(|_| magnitude(&mut random, 1e-9, 1.0)).collect();
+        // Of seven cells one has none, and of those every other keeps light.
+        let matter: Vec<f32> = (0..3 * count)
+            .map(|i| if i % 7 == 0 { 0.0 } else { magnitude(&mut random, 1e-9, 1.0) })
+            .collect();
         let held = light.iter().map(|c| DVec4::from_array(c.map(f16::to_f64))).collect();
         let device = &gpu().device;
         let texture = device.create_texture(&wgpu::TextureDescriptor {
@@ -259,7 +262,16 @@ impl Field {
         let view = texture.create_view(&Default::default());
         let on_device = buffers::uniform(gpu(), "levels", &uniforms);
         let factors = buffers::storage_with(gpu(), "halo", &halo().factors);
-        let extinctions = buffers::storage_with(gpu(), "matter", &matter);
+        // Slots in an order of their own, and extinctions by slot behind all cells.
+        let slot = |i: u32| 3 * count - 1 - i;
+        let entry = |i: u32| match (i % 7, i % 14) {
+            (0, 0) => u32::MAX,
+            (0, _) => slot(i) | 1 << 31,
+            _ => slot(i),
+        };
+        let extinctions = matter.iter().rev().map(|extinction| extinction.to_bits());
+        let cells: Vec<u32> = (0..3 * count).map(entry).chain(extinctions).collect();
+        let cells = buffers::storage_with(gpu(), "cells", &cells);
         let bound = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
@@ -269,7 +281,7 @@ impl Field {
                 bound(1, wgpu::BindingResource::TextureView(&view)),
                 bound(2, wgpu::BindingResource::Sampler(&sampler)),
                 bound(3, factors.as_entire_binding()),
-                bound(4, extinctions.as_entire_binding()),
+                bound(4, cells.as_entire_binding()),
             ],
         });
         let empty = [(); 2].map(|()| {

@@ -101,11 +101,11 @@ fn cells_of_the_light_grid() {
         let all = (size[0] * size[1] * size[2]) as u64;
         [size[0], size[1], size[2], (r.bits() % all) as f32]
     });
-    let declarations = text!("light_grid.wgsl", "fn cell_of(");
+    let declarations = text!("light_grid.wgsl", "fn cell_in(");
     Function::new(
-        "light_grid::cell_of",
+        "light_grid::cell_in",
         &declarations,
-        "vec4(vec3<f32>(cell_of(u32(x[3]), vec3<u32>(vec3(x[0], x[1], x[2])))), 0.0)",
+        "vec4(vec3<f32>(cell_in(u32(x[3]), vec3<u32>(vec3(x[0], x[1], x[2])))), 0.0)",
     )
     .agrees(&cells, 0.0, |[w, h, _, i]| {
         // Numbers beside a whole one, which the condition of a function is asked of, count as it.

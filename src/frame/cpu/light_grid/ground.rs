@@ -37,11 +37,13 @@ fn flat(v: glam::DVec3) -> DVec2 {
 impl GridLight {
     fn fall(&self, level: &GridLevel, [x, z]: [usize; 2]) -> Fallen {
         let at = index(level, [x, 0, z]);
-        let all = self.uniforms.cells as usize;
+        let Some(slot) = self.light_at(0, at) else {
+            return Fallen { beam: 1.0, scattered: 0.0, sky: 1.0 };
+        };
         let (mut scattered, mut sky, mut sum) = (0.0, 0.0, 0.0);
         for d in 0..DIRECTIONS {
             let down = (-direction(d).y).max(0.0);
-            let light = self.lights[d * all + at];
+            let light = self.lights[d * self.kept + slot];
             scattered += down * light.x;
             sky += down * light.y;
             sum += down;

@@ -24,26 +24,26 @@ fn skew(tau: f64) -> f64 {
 impl GridLight {
     /// Source on the face towards two neighbours.
     fn face_source(&self, d: usize, here: usize, taps: &[Tap; 2]) -> CellLight {
-        let base = d * self.uniforms.cells as usize;
+        let source_of =
+            |cell: usize| self.light_at(d, cell).map_or(DVec3::ZERO, |at| self.sources[at]);
         let own = self.extinction[here];
         let (mut source, mut other) = (DVec3::ZERO, 0.0);
         for (_, at, share) in taps {
             if let Some(at) = at {
-                source += share * self.extinction[*at] * self.sources[base + at];
+                source += share * self.extinction[*at] * source_of(*at);
                 other += share * self.extinction[*at];
             }
         }
         if other <= 0.0 {
-            return self.sources[base + here];
+            return source_of(here);
         }
-        (self.sources[base + here] * other + source / other * own) / (own + other)
+        (source_of(here) * other + source / other * own) / (own + other)
     }
 
     /// Carries light along a direction through a level. Returns what leaves it, as the sum over the
     /// faces, each as large as all others.
     pub(super) fn sweep(&mut self, inner: usize, d: usize) -> CellLight {
         let level = self.level(inner);
-        let base = d * self.uniforms.cells as usize;
         let first = level.size[3] as usize;
         let slant = Slant::new(direction(d), &level);
         let mut flows = vec![DVec3::ZERO; level.size[..3].iter().product::<u32>() as usize];
@@ -62,7 +62,7 @@ impl GridLight {
             let (mut flows_out, mut mean) = (flows_in, flows_in);
             let tau = self.extinction[here] * slant.crossing.path;
             if tau > 0.0 {
-                let source = self.sources[base + here];
+                let source = self.light_at(d, here).map_or(DVec3::ZERO, |at| self.sources[at]);
                 let change = self.face_source(d, here, &after) - self.face_source(d, here, &before);
                 let change = change.clamp(-2.0 * source.abs(), 2.0 * source.abs());
                 let opaque = -(-tau).exp_m1();
@@ -70,7 +70,9 @@ impl GridLight {
                 flows_out = flows_in * (1.0 - opaque) + source * opaque + change * skew(tau);
                 mean = flows_in * clear + source * (1.0 - clear) - change * (skew(tau) / tau);
             }
-            self.lights[base + here] = mean;
+            if let Some(at) = self.light_at(d, here) {
+                self.lights[at] = mean;
+            }
             flows[here - first] = flows_out;
             let outside = after.iter().filter(|(_, at, _)| at.is_none());
             leaves += outside.map(|(_, _, share)| share).sum::<f64>() * flows_out;
