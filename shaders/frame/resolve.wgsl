@@ -1,10 +1,12 @@
 // Resolve: puts sky, ground, what is opaque, and air around the clouds; linear radiance out.
 //
 // Workgroup contract: one invocation owns one pixel.
+#import cumuli::air_shadow::{change_before, light_on_ground}
+#import cumuli::atmosphere::TABLE_SCALE
 #import cumuli::gpu_data::FrameUniforms
 #import cumuli::numerics::unfolded
 #import cumuli::opaque_distance::opaque_distance
-#import cumuli::sky::{air_between, ground_distance, ground_radiance, sky_radiance, sun_disc_radiance}
+#import cumuli::sky::{air_between, ground_distance, ground_radiance, sky, sky_radiance, sun_disc_radiance}
 #import cumuli::sun_depth::sun_depth
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
@@ -25,6 +27,24 @@ fn sun_visibility(point: vec3<f32>) -> f32 {
         return 1.0;
     }
     return exp(-sun_depth(point));
+}
+
+// Light of the air before a distance as clouds leave it.
+fn clouded(light: vec3<f32>, pixel: vec2<u32>, dir: vec3<f32>, distance: f32) -> vec3<f32> {
+    if unfolded(frame.has_air_shadow, pixel.x == NO_PIXEL) == 0u {
+        return light;
+    }
+    let change = change_before(pixel, frame.size, dir, distance) * (sky.sun.w / TABLE_SCALE);
+    return max(light + change, vec3(0.0));
+}
+
+// What reaches the ground: of the sun's beam, of clouds, of the sky; see ground_radiance.
+fn ground_light(pixel: vec2<u32>, point: vec3<f32>) -> vec3<f32> {
+    let beam = sun_visibility(point);
+    if unfolded(frame.has_air_shadow, pixel.x == NO_PIXEL) == 0u {
+        return vec3(beam, 0.0, 1.0);
+    }
+    return vec3(beam, light_on_ground(pixel, frame.size));
 }
 
 @compute @workgroup_size(8, 8)
@@ -57,22 +77,23 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
         let is_surface = (surface < NOWHERE) & !((ground >= 0.0) & (ground < surface));
         let end = select(ground, surface, is_surface);
         if end >= 0.0 {
-            let sunlight = sun_visibility(dir * end);
+            let light = ground_light(id.xy, dir * end);
             let shaded = textureLoad(opaque_radiance, min(id.xy, textureDimensions(opaque_radiance) - 1u), 0).rgb;
             let sunlit = textureLoad(opaque_sunlit, min(id.xy, textureDimensions(opaque_sunlit) - 1u), 0).rgb;
-            behind = select(ground_radiance(dir, end, sunlight), shaded + sunlit * sunlight, is_surface);
+            behind = select(ground_radiance(dir, end, light), shaded + sunlit * light.x, is_surface);
             if has_air {
                 let air = air_between(dir, end);
-                behind = behind * air.transmittance + air.inscatter;
+                behind = behind * air.transmittance + clouded(air.inscatter, id.xy, dir, end);
             }
         } else {
-            behind = sky_radiance(dir) + sun_disc_radiance(dir) * (straight / transmittance);
+            behind = clouded(sky_radiance(dir), id.xy, dir, NOWHERE) + sun_disc_radiance(dir) * (straight / transmittance);
         }
     }
     var front = cloud.rgb;
     if has_air && opacity > 0.0 {
-        let air = air_between(dir, textureLoad(cloud_distance, id.xy, 0).r);
-        front = front * air.transmittance + air.inscatter * opacity;
+        let distance = textureLoad(cloud_distance, id.xy, 0).r;
+        let air = air_between(dir, distance);
+        front = front * air.transmittance + clouded(air.inscatter, id.xy, dir, distance) * opacity;
     }
     textureStore(picture, id.xy, vec4(front + transmittance * behind, 1.0 - straight));
 }

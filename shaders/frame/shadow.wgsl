@@ -8,7 +8,7 @@
 #import cumuli::numerics::unfolded
 #import cumuli::optical_depth::{copy_for, densities, march_from}
 #import cumuli::quaternion::rotate
-#import cumuli::shadow_maps::{BORDER, ENOUGH, NODES_HIGH, NODES_LOW, ShadowNodes, ShadowUniforms, pack_nodes}
+#import cumuli::shadow_maps::{AIR_BELOW, AIR_SIDES, BORDER, ENOUGH, NODES_HIGH, NODES_LOW, ShadowNodes, ShadowUniforms, pack_nodes}
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
 @group(0) @binding(1) var<uniform> view: LightView;
@@ -44,12 +44,17 @@ fn in_view(origin: vec3<f32>, towards: vec3<f32>, across: f32) -> bool {
     var far = maps.nearest + maps.reach;
     let nowhere = origin.y > FAR;
     let anywhere = unfolded(maps.anywhere, nowhere) != 0u;
+    var lowest = maps.lowest;
+    if unfolded(frame.has_air_shadow, nowhere) != 0u {
+        lowest -= AIR_BELOW;
+        far += AIR_SIDES * maps.corner[min(maps.maps, 8u) - 1u].z * f32(maps.resolution);
+    }
     if (unfolded(frame.has_ground, nowhere) != 0u) & (towards.y > LEVEL) {
-        far = max(far, (origin.y - maps.lowest) / towards.y);
+        far = max(far, (origin.y - lowest) / towards.y);
     }
     far = select(far, FAR, anywhere);
     if !nowhere & !anywhere & (abs(towards.y) > LEVEL) {
-        let a = (origin.y - maps.lowest) / towards.y;
+        let a = (origin.y - lowest) / towards.y;
         let b = (origin.y - maps.highest) / towards.y;
         let slack = across / abs(towards.y);
         near = max(near, min(a, b) - slack);

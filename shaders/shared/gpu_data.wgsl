@@ -48,7 +48,7 @@ struct FrameUniforms {
     stride: u32,               // sides of a block, pixels: 1 or 2
     phase: u32,                // which pixel of its block the blend shades; all where there is no such pixel
     in_place: u32,             // 1: the blend writes to the pixels, 0: to the blocks, layers of them beside each other
-    padding_a: u32,
+    has_air_shadow: u32,       // 1: it is known what sunlight clouds take from the air
     padding_b: u32,
     padding_c: u32,
 }

@@ -24,6 +24,12 @@ struct ShadowUniforms {
     anywhere: u32,               // 1: what is shadowed may lie anywhere behind matter
 }
 
+// The air is shadowed so far below the lowest of what else is (m): for rays that meet the ground farther out than a
+// flat one would be.
+const AIR_BELOW: f32 = 500.0;
+// It is no farther from the eye than so many sides of the coarsest map, and all matter along the sun's rays.
+const AIR_SIDES: f32 = 4.0;
+
 // Optical depths of a texel's nodes, and from each to the next; before the first and beyond the last
 // it goes on as it was. The first is no less than a veil: a thin one far before a cloud would draw
 // the node away from where the light fades.

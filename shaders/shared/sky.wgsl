@@ -151,16 +151,19 @@ fn ground_distance(dir: vec3<f32>) -> f32 {
 }
 
 // Radiance of the ground at a distance along a direction, before the air in front of it.
-// `sun_visibility` is the share of the sunlight that the clouds let through.
-fn ground_radiance(dir: vec3<f32>, distance: f32, sun_visibility: f32) -> vec3<f32> {
+// `light`: share of the sunlight that the clouds let through, irradiance that they scatter down per unit of the
+// sun's on a surface that faces it, share of the skylight that they let through; 1, 0, 1 without them.
+fn ground_radiance(dir: vec3<f32>, distance: f32, light: vec3<f32>) -> vec3<f32> {
     let turned = (PLANET_RADIUS + sky.camera_altitude) * sky.sun.y + distance * dot(dir, sky.sun.xyz);
     let sun_mu = clamp(turned / PLANET_RADIUS, -1.0, 1.0);
     let reflected = sky.ground_colour.rgb * (sky.sun.w / PI);
     if is_uniform(dir.y) {
-        return reflected * max(sun_mu, 0.0) * sun_visibility + sky.ground_colour.rgb * sky.uniform_radiance;
+        let by_sun = max(sun_mu, 0.0) * light.x + light.y;
+        return reflected * by_sun + sky.ground_colour.rgb * (sky.uniform_radiance * light.z);
     }
     let x = texel_centre(sun_place(sun_mu), GROUND_SIZE.x);
     let direct = textureSampleLevel(ground, filtering, vec2(x, 1.5 / GROUND_SIZE.y), 0.0).rgb;
     let diffuse = textureSampleLevel(ground, filtering, vec2(x, 2.5 / GROUND_SIZE.y), 0.0).rgb;
-    return reflected * (direct * sun_visibility + diffuse) / TABLE_SCALE;
+    let by_clouds = sky.ground_colour.rgb * (light_at(0.0, 0.0) * (light.y / PI));
+    return reflected * (direct * light.x + diffuse * light.z) / TABLE_SCALE + by_clouds;
 }

@@ -109,7 +109,9 @@ impl March {
 impl Composer for March {
     fn unneeded(&self) -> &'static [Pass] {
         match self.settings.light {
-            MarchLight::SunRays => &[Pass::LightGrid, Pass::LightField, Pass::Light],
+            MarchLight::SunRays => {
+                &[Pass::LightGrid, Pass::LightField, Pass::Light, Pass::AirShadow]
+            }
             MarchLight::Frame => &[],
         }
     }

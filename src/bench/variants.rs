@@ -19,6 +19,7 @@ enum Name {
     TransmittanceStop,
     ShadowSteps,
     ShadowResolution,
+    AirSteps,
     TileSize,
     GridFineness,
     GridSlice,
@@ -27,11 +28,12 @@ enum Name {
 }
 
 /// Names, what they may be, and whether they are whole numbers.
-const NAMES: [(Name, &str, [f64; 2], bool); 9] = [
+const NAMES: [(Name, &str, [f64; 2], bool); 10] = [
     (Name::Steps, "steps", [1.0, 32.0], true),
     (Name::TransmittanceStop, "transmittance_stop", [1e-6, 0.5], false),
     (Name::ShadowSteps, "shadow_steps", [1.0, 32.0], true),
     (Name::ShadowResolution, "shadow_resolution", [8.0, 2048.0], true),
+    (Name::AirSteps, "air_steps", [1.0, 32.0], true),
     (Name::TileSize, "tile_size", [4.0, 64.0], true),
     (Name::GridFineness, "grid_fineness", [0.25, 2.0], false),
     (Name::GridSlice, "grid_slice", [0.0, 1000.0], true),
@@ -106,6 +108,7 @@ impl Variant {
             Name::TransmittanceStop => quality.transmittance_stop = value as f32,
             Name::ShadowSteps => quality.shadow_steps = value as u32,
             Name::ShadowResolution => quality.shadow_resolution = value as u32,
+            Name::AirSteps => quality.air_steps = value as u32,
             Name::TileSize => quality.tile = value as u32,
             Name::GridFineness => quality.grid.fineness = value,
             Name::GridSlice => quality.grid.slice = value as u32,

@@ -52,7 +52,7 @@ pub struct BenchArgs {
     #[arg(long, value_enum, value_name = "PRESET")]
     pub against: Option<Preset>,
     /// A number in place of the presets': steps, transmittance_stop, shadow_steps,
-    /// shadow_resolution, tile_size, grid_fineness, grid_slice, pixel_stride, or scale (of curves); may be
+    /// shadow_resolution, air_steps, tile_size, grid_fineness, grid_slice, pixel_stride, or scale (of curves); may be
     /// given again
     #[arg(long, value_name = "NAME=NUMBER")]
     pub set: Vec<Setting>,

@@ -30,6 +30,11 @@ pub struct FrameKey {
 }
 
 impl FrameKey {
+    /// Whether there is air.
+    pub fn has_air(&self) -> bool {
+        self.frame.has_air != 0
+    }
+
     /// Whether the scene has no particles.
     pub fn is_empty(&self) -> bool {
         self.clouds.is_none() && self.listed.is_empty()
@@ -80,6 +85,8 @@ pub enum Product {
     Light,
     /// The deep shadow maps.
     Shadow,
+    /// What clouds change of the light of air and ground.
+    AirShadow,
     /// Clouds of every pixel.
     Clouds,
     /// The whole picture.
@@ -88,13 +95,14 @@ pub enum Product {
 
 impl Product {
     /// All of them, in the order they are made.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Distances,
         Self::Particles,
         Self::ScreenLists,
         Self::LightLists,
         Self::Light,
         Self::Shadow,
+        Self::AirShadow,
         Self::Clouds,
         Self::Picture,
     ];
@@ -116,7 +124,7 @@ impl Product {
             ],
             // Only what the eye may see is made.
             Self::Shadow => &[Input::Particles, Input::Camera, Input::Sun, Input::ShadowMaps],
-            Self::Clouds => &[
+            Self::AirShadow | Self::Clouds => &[
                 Input::Particles,
                 Input::Camera,
                 Input::Sun,

@@ -109,8 +109,8 @@ gpu_struct! {
         phase: u32,
         /// 1: the blend writes to the pixels, 0: to the blocks.
         in_place: u32,
-        /// Unused.
-        padding_a: u32,
+        /// 1: it is known what sunlight clouds take from the air.
+        has_air_shadow: u32,
         /// Unused.
         padding_b: u32,
         /// Unused.

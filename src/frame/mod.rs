@@ -1,6 +1,7 @@
 //! One frame, pass by pass in the order data flows:
-//! rings → project → sort → tile lists → light → shadow → blend → resolve → tone map.
+//! rings → project → sort → tile lists → light → shadow → air shadow → blend → resolve → tone map.
 
+pub mod air_shadow;
 pub mod blend;
 pub mod blend_areas;
 pub mod changes;

@@ -1,5 +1,6 @@
 //! All passes, compiled.
 
+use super::air_shadow::AirShadowPass;
 use super::blend::BlendPass;
 use super::light::LightPass;
 use super::light_grid::{GridMedium, LightGridPass};
@@ -32,6 +33,8 @@ pub struct Passes {
     pub light_grid: LightGridPass,
     /// Deep shadow maps.
     pub shadow: ShadowPass,
+    /// Light of air and ground under clouds.
+    pub air_shadow: AirShadowPass,
     /// Particles to pixels.
     pub blend: BlendPass,
     /// Pixels of the frame before.
@@ -49,7 +52,7 @@ impl Passes {
         library: &ShaderLibrary,
         quality: &Quality,
         medium: &GridMedium<'_>,
-        [tables, sky, weather]: [&wgpu::BindGroupLayout; 3],
+        [tables, sky, weather, march]: [&wgpu::BindGroupLayout; 4],
     ) -> Result<Self> {
         // In two halves at once, of about the same time: nobody waits for one after the other.
         let (lit, others) = rayon::join(
@@ -58,7 +61,9 @@ impl Passes {
                 let groups = [tables, sky, light_grid.layout()];
                 let light = LightPass::new(gpu, library, &groups)?;
                 let blend = BlendPass::new(gpu, library, quality, &groups)?;
-                Ok((light_grid, light, blend))
+                let groups = [march, sky, light_grid.layout()];
+                let air_shadow = AirShadowPass::new(gpu, library, quality.air_steps, &groups)?;
+                Ok((light_grid, light, blend, air_shadow))
             },
             || -> Result<_> {
                 let shadow = ShadowPass::new(gpu, library, quality.shadow_steps, tables)?;
@@ -68,7 +73,8 @@ impl Passes {
                 Ok((shadow, resolve, rings, lists))
             },
         );
-        let ((light_grid, light, blend), (shadow, resolve, rings, lists)) = (lit?, others?);
+        let ((light_grid, light, blend, air_shadow), (shadow, resolve, rings, lists)) =
+            (lit?, others?);
         Ok(Self {
             rings,
             opaque: OpaquePass::new(gpu, library, quality.tile)?,
@@ -78,6 +84,7 @@ impl Passes {
             light,
             light_grid,
             shadow,
+            air_shadow,
             blend,
             reuse: ReusePass::new(gpu, library)?,
             resolve,

@@ -26,6 +26,8 @@ pub enum Pass {
     Light,
     /// Deep shadow maps.
     Shadow,
+    /// What clouds change of the light of air and ground.
+    AirShadow,
     /// Particles to pixels.
     Blend,
     /// Sky, ground and air around the clouds.
@@ -36,7 +38,7 @@ pub enum Pass {
 
 impl Pass {
     /// All passes in order.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Sky,
         Self::Rings,
         Self::Opaque,
@@ -47,6 +49,7 @@ impl Pass {
         Self::LightField,
         Self::Light,
         Self::Shadow,
+        Self::AirShadow,
         Self::Blend,
         Self::Resolve,
         Self::Tonemap,
@@ -65,6 +68,7 @@ impl Pass {
             Self::LightGrid => "light_grid",
             Self::LightField => "light_field",
             Self::Shadow => "shadow",
+            Self::AirShadow => "air_shadow",
             Self::Blend => "blend",
             Self::Resolve => "resolve",
             Self::Tonemap => "tonemap",
@@ -109,6 +113,8 @@ impl FramePlan {
         let has_clouds = !empty && now.in_view.clouds;
         let has_shadows = !empty && now.has_surfaces();
         let has_maps = has_clouds || has_shadows;
+        // Without clouds in view there is no light field; what others change of the air is left.
+        let has_air_shadow = has_clouds && now.has_air();
         let has_particles = has_maps || (!empty && now.sun_asked);
         let stale = |product| changes.is_stale(product, &[]);
         let relit = has_clouds && changes.is_stale(Product::Light, &[Input::Camera, Input::Opaque]);
@@ -126,8 +132,9 @@ impl FramePlan {
         let light_lists = make(Product::LightLists, has_particles);
         let light = make(Product::Light, has_clouds);
         let shadow = make(Product::Shadow, has_maps);
+        let air_shadow = make(Product::AirShadow, has_air_shadow);
         let clouds = make(Product::Clouds, has_clouds);
-        let picture = stale(Product::Picture) || shadow || clouds;
+        let picture = stale(Product::Picture) || shadow || air_shadow || clouds;
         made.extend(picture.then_some(Product::Picture));
 
         let mut decisions = Vec::new();
@@ -182,6 +189,12 @@ impl FramePlan {
             shadow,
             "particles, sun or camera changed",
             or_unneeded("shadows unchanged"),
+        );
+        decide(
+            Pass::AirShadow,
+            air_shadow,
+            "clouds, their light, sky or camera changed",
+            or_unseen(if has_air_shadow { "air unchanged" } else { "there is no air" }),
         );
         let blended_why = if clouds_changed { moved } else { "pixels of the past" };
         decide(Pass::Blend, clouds, blended_why, or_unseen("clouds unchanged"));

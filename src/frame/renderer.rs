@@ -111,7 +111,8 @@ impl Renderer {
             albedo: medium.albedo,
         };
         let weather = WeatherBuffer::new(gpu);
-        let groups = [tables_gpu.layout(), sky.layout(), weather.layout()];
+        let march = sky.march_layout();
+        let groups = [tables_gpu.layout(), sky.layout(), weather.layout(), march];
         let passes = Passes::new(gpu, &library, &quality, &grid, groups)?;
         let shadow = passes.shadow.job(gpu, quality.shadow_resolution);
         let lists = FIRST_LISTS;

@@ -31,6 +31,7 @@ impl ResolvePass {
         gpu: &Gpu,
         frame: &wgpu::Buffer,
         shadow: &ShadowJob,
+        changed_light: &wgpu::Buffer,
         targets: &Targets,
         [distances, radiance, sunlit]: [&wgpu::TextureView; 3],
     ) -> wgpu::BindGroup {
@@ -47,6 +48,7 @@ impl ResolvePass {
                 wgpu::BindingResource::TextureView(distances),
                 shadow.uniforms.as_entire_binding(),
                 shadow.texels.as_entire_binding(),
+                changed_light.as_entire_binding(),
             ],
         )
     }

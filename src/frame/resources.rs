@@ -104,6 +104,10 @@ pub struct Resources {
     pub light: LightResources,
     /// Binding of the shadow pass.
     pub shadow_bindings: wgpu::BindGroup,
+    /// What clouds change of the light of air and ground.
+    pub changed_light: wgpu::Buffer,
+    /// Binding of the air shadow pass.
+    pub air_shadow_bindings: wgpu::BindGroup,
     /// Counts of the blend: look-ups, pixels, empty tiles; then where it has something to do.
     pub blend_counts: wgpu::Buffer,
     /// Binding of the blend, to the pixels.
@@ -211,9 +215,12 @@ impl Resources {
             let bindings = passes.blend.bind(gpu, &inputs, [&job.fresh, &job.fresh_distance]);
             (job, bindings)
         });
+        let changed_light = passes.air_shadow.changed_light(gpu, layout.size);
+        let air_shadow_bindings = passes.air_shadow.bind(gpu, &frame, shadow, &changed_light);
         let [radiance, sunlit] = opaque.radiance(None);
         let of_opaque = [&opaque.distances, radiance, sunlit];
-        let resolve_bindings = passes.resolve.bind(gpu, &frame, shadow, &targets, of_opaque);
+        let resolve_bindings =
+            passes.resolve.bind(gpu, &frame, shadow, &changed_light, &targets, of_opaque);
         let tonemap_bindings = passes.tonemap.bind(gpu, &frame, &targets);
         Self {
             layout,
@@ -227,6 +234,8 @@ impl Resources {
             screen,
             light,
             shadow_bindings,
+            changed_light,
+            air_shadow_bindings,
             blend_counts,
             blend_bindings,
             reuse,
@@ -250,6 +259,7 @@ impl Resources {
             + self.screen.bytes()
             + self.light.lists.bytes()
             + self.targets.bytes()
+            + self.changed_light.size()
             + self.reuse.as_ref().map_or(0, |(job, _)| job.bytes())
     }
 }

@@ -110,6 +110,8 @@ pub struct Quality {
     pub tile: u32,
     /// Texels a side of the deep shadow maps.
     pub shadow_resolution: u32,
+    /// Steps from one node to the next of the rays on which it is known what clouds change of the air's light.
+    pub air_steps: u32,
     /// The light grid.
     pub grid: GridSettings,
 }
@@ -137,6 +139,7 @@ impl Preset {
                 pixel_stride: 1,
                 tile: SCREEN_TILE,
                 shadow_resolution: 96,
+                air_steps: 1,
                 grid: GridSettings { fineness: 0.6, turns: [9, 4], slice: 0, draft: false },
             },
             Self::Medium => Quality {
@@ -146,6 +149,7 @@ impl Preset {
                 pixel_stride: 1,
                 tile: SCREEN_TILE,
                 shadow_resolution: 160,
+                air_steps: 2,
                 grid: GridSettings { fineness: 0.95, turns: [9, 4], slice: 0, draft: false },
             },
             Self::High => Quality {
@@ -155,6 +159,7 @@ impl Preset {
                 pixel_stride: 1,
                 tile: SCREEN_TILE,
                 shadow_resolution: 256,
+                air_steps: 4,
                 grid: GridSettings { fineness: 1.8, turns: [9, 4], slice: 0, draft: false },
             },
             Self::Ultra => Quality {
@@ -164,6 +169,7 @@ impl Preset {
                 pixel_stride: 1,
                 tile: SCREEN_TILE,
                 shadow_resolution: 384,
+                air_steps: 4,
                 grid: GridSettings { fineness: 2.2, turns: [17, 5], slice: 0, draft: false },
             },
         }

@@ -70,7 +70,7 @@ pub fn frame_uniforms(
     grid_shift: DVec3,
     quality: &Quality,
     particle_capacity: u32,
-    [has_clouds, has_shadows]: [bool; 2],
+    [has_clouds, has_shadows, has_air_shadow]: [bool; 3],
 ) -> FrameUniforms {
     let stride = quality.pixel_stride;
     let blocks = size.map(|s| s.div_ceil(stride));
@@ -101,14 +101,14 @@ pub fn frame_uniforms(
         stride,
         phase: stride * stride,
         in_place: 1,
-        padding_a: 0,
+        has_air_shadow: u32::from(has_air_shadow),
         padding_b: 0,
         padding_c: 0,
     }
 }
 
 /// The axes of the picture along the lines of a light.
-fn picture_axes(towards: DVec3) -> [DVec3; 2] {
+pub fn picture_axes(towards: DVec3) -> [DVec3; 2] {
     let sideways = DVec3::Y.cross(towards);
     // Straight up or down any horizontal axis does.
     const PARALLEL: f64 = 1e-6;

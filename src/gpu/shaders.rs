@@ -28,6 +28,8 @@ const MODULES: &[(&str, &str)] = shader_files![
     "shared/light_view.wgsl",
     "shared/shadow_maps.wgsl",
     "shared/sun_depth.wgsl",
+    "shared/air_shadow_place.wgsl",
+    "shared/air_shadow.wgsl",
     "shared/light_grid_data.wgsl",
     "shared/light_field.wgsl",
     "shared/lighting.wgsl",

@@ -3,14 +3,17 @@
 //! The air acts where it matters: on sunlight and skylight before they reach the clouds, by
 //! altitude, on what comes to them from the ground and from the air above it, and on what the eye
 //! sees. Between one cloud and another it is left out: a kilometre or two of clear air takes 1 to 3 % of
-//! the light. The air above the ground is lit as if there were no clouds, as the frame's is.
+//! the light. What clouds change of the light of the air before the eye is in `air_light.rs`; the air that
+//! scattered paths meet on their way to the ground is lit as if there were no clouds.
+
+use std::f64::consts::PI;
 
 use glam::DVec3;
 
 use super::geometry::Ray;
 use super::random::Random;
 use super::sky_map::SkyMaps;
-use super::transport::Surroundings;
+use super::transport::{AirHere, Surroundings};
 use super::uniform_sky::{SunDisc, distance_to_ground, ground_normal};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::sky::SkyInputs;
@@ -37,6 +40,12 @@ pub struct AtmosphereSky {
 }
 
 impl AtmosphereSky {
+    /// The sky whose rays take steps enough for a distance, m.
+    fn for_distance(&self, distance: f64) -> &Sky {
+        let within = NEAR.iter().position(|(reach, _)| distance < *reach);
+        within.map_or(&self.eye, |i| &self.near[i])
+    }
+
     /// The atmosphere of a frame with these inputs.
     pub fn new(inputs: &SkyInputs) -> Self {
         let sun = SunDisc::new(
@@ -73,10 +82,24 @@ impl Surroundings for AtmosphereSky {
     }
 
     fn air(&self, ray: &Ray, distance: f64) -> (DVec3, DVec3) {
-        let within = NEAR.iter().position(|(reach, _)| distance < *reach);
-        let eye = within.map_or(&self.eye, |i| &self.near[i]);
-        let air = eye.air_between(ray.dir, distance);
+        let air = self.for_distance(distance).air_between(ray.dir, distance);
         (air.inscatter, air.transmittance)
+    }
+
+    fn air_span(&self, ray: &Ray, distance: f64) -> [f64; 2] {
+        self.eye.air_span(ray.dir, distance)
+    }
+
+    fn air_at(&self, ray: &Ray, distance: f64) -> Option<AirHere> {
+        let [scattering, sunlit] = self.for_distance(distance).air_at(ray.dir, distance);
+        Some(AirHere { scattering, sunlit })
+    }
+
+    fn clear(&self, ray: &Ray) -> DVec3 {
+        let Some(distance) = self.ground(ray) else { return self.sky(ray) };
+        let (added, passed) = self.air_below(ray);
+        let sun_mu = ground_normal(ray.at(distance)).dot(self.sun.towards);
+        added + passed * self.ground / PI * self.eye.ground_irradiance(sun_mu)
     }
 
     fn air_below(&self, ray: &Ray) -> (DVec3, DVec3) {

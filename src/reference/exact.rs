@@ -4,12 +4,13 @@
 
 use glam::DVec3;
 
-use self::air::AirAlong;
+use self::air::{AirAlong, AirChange, Clouded};
 use super::geometry::Ray;
 use super::grid::ParticleGrid;
 use super::particles::WorldParticle;
 use super::world::Densities;
 use crate::Result;
+use crate::frame::cpu::air_shadow::{CloudLight, light_on_ground};
 use crate::frame::cpu::lighting::{Before, ChordLight, RayLight, SunDepth};
 use crate::frame::cpu::segments::{ChordInputs, Composed, STEPS, mean_scatter_fraction};
 use crate::frame::cpu::sky::Sky;
@@ -51,6 +52,7 @@ pub struct Exact<'a> {
     lights: Vec<ParticleLight>,
     sky: Sky,
     has_air: bool,
+    clouded: Clouded,
     has_ground: bool,
     is_filtered: bool,
 }
@@ -140,6 +142,7 @@ impl<'a> Exact<'a> {
             sky,
             has_air: matches!(scene.sky, SkyOf::Atmosphere),
             has_ground: scene.effective_ground().is_some(),
+            clouded: Clouded::new(&placed, scene.sun.direction),
             grid: ParticleGrid::new(placed),
             is_filtered: false,
         })
@@ -158,10 +161,17 @@ impl<'a> Exact<'a> {
 
     /// The same before something opaque.
     pub fn pixel_before(&self, dir: DVec3, surface: Option<Surface>) -> ExactPixel {
-        let ground = self.far(dir);
+        let (ground, change) = (self.far(dir), self.air_change(dir));
         let surface = surface.filter(|s| s.distance < ground);
-        let clouds = self.clouds(dir, surface.map_or(ground, |s| s.distance));
-        self.with_behind(dir, &clouds, surface, self.inputs.sun_depth)
+        let clouds = self.clouds_before(dir, surface.map_or(ground, |s| s.distance), &change);
+        self.with_behind(dir, &clouds, surface, (&change, self.inputs.sun_depth))
+    }
+
+    /// What clouds change of the light of the air of a ray.
+    fn air_change(&self, dir: DVec3) -> AirChange {
+        let far = if self.has_air { self.far(dir) } else { 0.0 };
+        let light = CloudLight { sun_depth: self.inputs.sun_depth, field: self.inputs.field };
+        AirChange::new(&self.sky, &self.clouded, dir, far, &light)
     }
 
     /// The same of clouds that have been composed without the air: it is taken at their distance, as the frame does.
@@ -172,12 +182,14 @@ impl<'a> Exact<'a> {
         mut clouds: Composed,
         ground_depth: SunDepth<'_>,
     ) -> ExactPixel {
+        let change = self.air_change(dir);
         if self.has_air && clouds.transmittance < 1.0 {
             let air = self.sky.air_between(dir, clouds.distance);
             let opacity = 1.0 - clouds.transmittance;
-            clouds.radiance = clouds.radiance * air.transmittance + opacity * air.inscatter;
+            let added = change.of(air.inscatter, clouds.distance);
+            clouds.radiance = clouds.radiance * air.transmittance + opacity * added;
         }
-        self.with_behind(dir, &clouds, None, ground_depth)
+        self.with_behind(dir, &clouds, None, (&change, ground_depth))
     }
 
     /// Where rays end: m, to the ground, if they meet it.
@@ -186,13 +198,13 @@ impl<'a> Exact<'a> {
         if ground >= 0.0 { ground } else { f64::INFINITY }
     }
 
-    /// `sun_depth`: from what is behind the clouds.
+    /// What clouds change of the air's light, and the optical depth to the sun from what is behind them.
     fn with_behind(
         &self,
         dir: DVec3,
         clouds: &Composed,
         surface: Option<Surface>,
-        sun_depth: SunDepth<'_>,
+        (change, sun_depth): (&AirChange, SunDepth<'_>),
     ) -> ExactPixel {
         let ground = self.far(dir);
         let scale = f64::from(self.inputs.frame.delta_scale);
@@ -202,16 +214,22 @@ impl<'a> Exact<'a> {
         } else if let Some(Surface { distance, radiance, sunlit }) = surface {
             let light = radiance + sunlit * (-sun_depth(dir * distance)).exp();
             let air = self.sky.air_between(dir, distance);
-            if self.has_air { light * air.transmittance + air.inscatter } else { light }
+            let before = change.of(air.inscatter, distance);
+            if self.has_air { light * air.transmittance + before } else { light }
         } else if ground.is_finite() {
             let sunlit = (-sun_depth(dir * ground)).exp();
-            let light = self.sky.ground_radiance(dir, ground, sunlit);
+            let [by_clouds, sky] = if self.has_air {
+                light_on_ground(self.inputs.field, dir * ground)
+            } else {
+                [0.0, 1.0]
+            };
+            let light = self.sky.ground_radiance(dir, ground, [sunlit, by_clouds, sky]);
             let air = self.sky.air_between(dir, ground);
-            light * air.transmittance + air.inscatter
+            light * air.transmittance + change.of(air.inscatter, ground)
         } else {
             // The disc is seen by light that is not scattered at all, not even within the peak.
             let disc = self.sky.sun_disc_radiance(dir) * (straight / clouds.transmittance);
-            self.sky.sky_radiance(dir) + disc
+            change.of(self.sky.sky_radiance(dir), f64::INFINITY) + disc
         };
         ExactPixel {
             radiance: clouds.radiance + clouds.transmittance * behind,
@@ -242,6 +260,10 @@ impl<'a> Exact<'a> {
 
     /// The clouds up to a distance (m), with the air before them.
     pub fn clouds(&self, dir: DVec3, far: f64) -> Composed {
+        self.clouds_before(dir, far, &self.air_change(dir))
+    }
+
+    fn clouds_before(&self, dir: DVec3, far: f64, change: &AirChange) -> Composed {
         let ray = Ray { origin: DVec3::ZERO, dir };
         let chords = self.chords(&ray, far);
         let lit = self.inputs.ray(dir);
@@ -249,7 +271,7 @@ impl<'a> Exact<'a> {
         events.sort_by(f64::total_cmp);
         let mut sum = Composed { radiance: DVec3::ZERO, transmittance: 1.0, distance: 0.0 };
         let (Some(&first), Some(&last)) = (events.first(), events.last()) else { return sum };
-        let air = self.has_air.then(|| AirAlong::new(&self.sky, dir, first, last));
+        let air = self.has_air.then(|| AirAlong::new(&self.sky, dir, first, last, change));
         let mut since_gap = 0.0;
         for piece in events.windows(2) {
             let [from, to] = [piece[0], piece[1]];

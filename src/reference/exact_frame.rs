@@ -75,7 +75,7 @@ pub fn exact_frame_before(
     let field = renderer.field()?;
     let shift = DVec3::ZERO; // the field brings its own
     let camera = &scene.camera;
-    let frame = frame_uniforms(scene, camera, size, &truncation, shift, quality, 0, [true; 2]);
+    let frame = frame_uniforms(scene, camera, size, &truncation, shift, quality, 0, [true; 3]);
     let phase = medium.phase.prepare();
     let (frame, halo, field) = (&frame, &halo, &field);
     let truth = SunTruth::new(tables, &particles, scene.sun.direction)?;

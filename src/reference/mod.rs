@@ -1,6 +1,7 @@
 //! The reference: light through the very particles, density and phase function of the frame, by
 //! unbiased path tracing on the host. It says how wrong a picture is.
 
+mod air_light;
 mod allotment;
 mod atmosphere_sky;
 mod bounds;
@@ -28,6 +29,7 @@ mod view;
 mod walk;
 mod world;
 
+pub use air_light::air_change;
 pub use allotment::{Aim, PILOT};
 pub use atmosphere_sky::AtmosphereSky;
 pub use develop::picture;
@@ -47,7 +49,8 @@ pub use speed::{Speed, speed};
 pub use statistics::{Estimate, Moments};
 pub use sunlight::Lobes;
 pub use transport::{
-    Flight, Matter, Seen, Surroundings, cosine_direction, fly, look, radiance, scatter, turned,
+    AirHere, AirLobe, Flight, Matter, Seen, Surroundings, cosine_direction, fly, look, radiance,
+    scatter, turned,
 };
 pub use uniform_sky::{SunDisc, UniformSky, distance_to_ground, ground_normal};
 pub use view::{Filter, Lens, View};

@@ -233,7 +233,7 @@ mod tests {
                 }
                 let ray = Ray { origin: DVec3::new(0.0, altitude, 0.0), dir };
                 let (added, passed) = maps.below(&ray);
-                found += sky.ground_radiance(dir, distance, 1.0) * passed + added;
+                found += sky.ground_radiance(dir, distance, [1.0, 0.0, 1.0]) * passed + added;
                 added_light += added;
                 exact += sky.sky_radiance(dir);
             }

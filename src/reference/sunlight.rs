@@ -118,14 +118,44 @@ impl<M: Medium, S: Surroundings> Towards<'_, M, S> {
     }
 
     fn one_ray(&self, point: DVec3, density: impl Fn(DVec3) -> f64, random: &mut Random) -> f64 {
-        let Some(narrow) = self.lobes.narrow.as_ref().filter(|_| self.lobes.are_apart()) else {
+        let Some(narrow) = self.apart() else {
             return density(self.sun) * self.reached(point, random);
         };
+        self.turned_ray(point, density, narrow, 0, random)
+    }
+
+    /// The same after one narrow scattering or more: what clouds hardly turn aside of the light that
+    /// they take from the beam.
+    pub fn forward(
+        &self,
+        point: DVec3,
+        density: impl Fn(DVec3) -> f64,
+        random: &mut Random,
+    ) -> f64 {
+        let Some(narrow) = self.apart() else { return 0.0 };
+        let again = self.lobes.share * self.lobes.albedo;
+        again * self.turned_ray(point, density, narrow, 1, random)
+    }
+
+    /// The narrow lobe where its scatterings are made from the sun's end.
+    fn apart(&self) -> Option<&PreparedPhase> {
+        self.lobes.narrow.as_ref().filter(|_| self.lobes.are_apart())
+    }
+
+    /// Light after `least` narrow scatterings or more, whose first ones have no weight yet.
+    fn turned_ray(
+        &self,
+        point: DVec3,
+        density: impl Fn(DVec3) -> f64,
+        narrow: &PreparedPhase,
+        least: usize,
+        random: &mut Random,
+    ) -> f64 {
         // The n-th power of this is what n narrow scatterings leave: drawn with it, n has no weight.
         let again = self.lobes.share * self.lobes.albedo;
         let mut turns = [self.sun; LONGEST];
         let mut last = 0;
-        while last + 1 < LONGEST && random.unit() < again {
+        while last < least || (last + 1 < LONGEST && random.unit() < again) {
             turns[last + 1] = scatter(narrow, turns[last], random);
             last += 1;
         }
@@ -146,6 +176,16 @@ impl<M: Medium, S: Surroundings> Towards<'_, M, S> {
     pub fn straight(&self, point: DVec3, dir: DVec3, throughput: f64, random: &mut Random) -> f64 {
         let density = self.lobes.narrow_density(dir.dot(self.sun));
         rays(density * throughput, random, |random| density * self.reached(point, random))
+    }
+
+    /// What clouds add to the share of the sunlight that reaches a point: 0 or less, and none where the ground
+    /// hides the sun.
+    pub fn change(&self, point: DVec3, random: &mut Random) -> f64 {
+        let ray = Ray { origin: point, dir: self.sun };
+        if self.surroundings.ground(&ray).is_some() {
+            return 0.0;
+        }
+        transmittance(self.medium, &ray, f64::INFINITY, random) - 1.0
     }
 
     /// Share of the sunlight that reaches a point, by an unbiased estimate.

@@ -14,6 +14,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
+use super::air_light::air_change;
 use super::geometry::{Medium, Ray, first_collision};
 use super::random::Random;
 use super::sunlight::{Lobes, Towards};
@@ -53,6 +54,21 @@ pub trait Surroundings: Sync {
     /// nothing is in the way; none where there is no sun.
     fn sun(&self, point: DVec3, random: &mut Random) -> Option<(DVec3, DVec3)>;
 
+    /// The air at a distance (m) of a ray of the camera; none where there is none.
+    fn air_at(&self, _ray: &Ray, _distance: f64) -> Option<AirHere> {
+        None
+    }
+
+    /// Part of a ray of the camera up to a distance that lies in the air, m.
+    fn air_span(&self, _ray: &Ray, distance: f64) -> [f64; 2] {
+        [0.0, distance]
+    }
+
+    /// Radiance that arrives along a ray where there are no clouds, without the sun's disc.
+    fn clear(&self, ray: &Ray) -> DVec3 {
+        self.sky(ray)
+    }
+
     /// Distance along a ray to the ground, m.
     fn ground(&self, ray: &Ray) -> Option<f64>;
 
@@ -60,11 +76,29 @@ pub trait Surroundings: Sync {
     fn ground_at(&self, point: DVec3) -> (DVec3, DVec3);
 }
 
+/// A scatterer of the air.
+#[derive(Clone, Copy, Debug)]
+pub enum AirLobe {
+    /// Its molecules.
+    Rayleigh,
+    /// What floats in it.
+    Aerosol,
+}
+
+/// Air at a place of a ray of the camera, for each of [`AirLobe`].
+#[derive(Clone, Copy, Debug)]
+pub struct AirHere {
+    /// Scattering, seen through the air before it, rgb, 1/m.
+    pub scattering: [DVec3; 2],
+    /// The same times the sun's irradiance there, if nothing but the air is in the way.
+    pub sunlit: [DVec3; 2],
+}
+
 /// Collisions before roulette may end a path whose throughput is still high: albedo 1 never ends
 /// a path by itself, and a path in an endless medium would run for ever.
 const COLLISIONS_BEFORE_ROULETTE: u32 = 1000;
 /// Distance from the ground at which a path goes on, m, relative to the distance travelled.
-const GROUND_OFFSET: f64 = 1e-9;
+pub(super) const GROUND_OFFSET: f64 = 1e-9;
 
 /// The end of a free flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,6 +137,8 @@ struct Branch {
     throughput: DVec3,
     /// Whether it comes from a scattering, not from the eye.
     scattered: bool,
+    /// Whether narrow scatterings ahead count as its own.
+    straight: bool,
 }
 
 /// The directions from which a narrow lobe scatters much sunlight towards the eye.
@@ -139,7 +175,7 @@ impl Lobe {
             if density > 0.0 {
                 let throughput = throughput * self.share(density, dir);
                 let ray = Ray { origin: point, dir };
-                branches.push(Branch { ray, throughput, scattered: true });
+                branches.push(Branch { ray, throughput, scattered: true, straight: true });
             }
         }
     }
@@ -156,30 +192,52 @@ pub fn radiance(
     flight: Flight,
     random: &mut Random,
 ) -> DVec3 {
-    let light = Light { medium, surroundings, matter, lobes: Lobes::new(matter) };
-    let mut branches = Vec::new();
-    let first = Branch { ray, throughput: DVec3::ONE, scattered: false };
-    let mut sum = light.follow(first, flight, random, &mut branches);
-    while let Some(branch) = branches.pop() {
-        let flight = fly(medium, surroundings, &branch.ray, random);
-        sum += light.follow(branch, flight, random, &mut branches);
-    }
-    sum
+    let light = Light::new(medium, surroundings, matter);
+    let first = Branch { ray, throughput: DVec3::ONE, scattered: false, straight: true };
+    light.gather(first, flight, random)
 }
 
 /// What paths lead through.
-struct Light<'a, M, S> {
-    medium: &'a M,
-    surroundings: &'a S,
+pub(super) struct Light<'a, M, S> {
+    pub(super) medium: &'a M,
+    pub(super) surroundings: &'a S,
     matter: &'a Matter,
     lobes: Lobes,
 }
 
-impl<M: Medium, S: Surroundings> Light<'_, M, S> {
+impl<'a, M: Medium, S: Surroundings> Light<'a, M, S> {
+    pub(super) fn new(medium: &'a M, surroundings: &'a S, matter: &'a Matter) -> Self {
+        Self { medium, surroundings, matter, lobes: Lobes::new(matter) }
+    }
+
+    /// What a path finds that something other than clouds has scattered, and that carries
+    /// `throughput`: without sunlight that reaches it straight, or by narrow scatterings alone.
+    pub(super) fn after_broad(
+        &self,
+        ray: Ray,
+        throughput: DVec3,
+        flight: Flight,
+        random: &mut Random,
+    ) -> DVec3 {
+        let straight = !self.lobes.are_apart();
+        self.gather(Branch { ray, throughput, scattered: true, straight }, flight, random)
+    }
+
+    /// Follows a path and all that splits off.
+    fn gather(&self, first: Branch, flight: Flight, random: &mut Random) -> DVec3 {
+        let mut branches = Vec::new();
+        let mut sum = self.follow(first, flight, random, &mut branches);
+        while let Some(branch) = branches.pop() {
+            let flight = fly(self.medium, self.surroundings, &branch.ray, random);
+            sum += self.follow(branch, flight, random, &mut branches);
+        }
+        sum
+    }
+
     /// Follows one path to its end; those that split off are added to `branches`.
     fn follow(
         &self,
-        Branch { mut ray, mut throughput, scattered }: Branch,
+        Branch { mut ray, mut throughput, scattered, mut straight }: Branch,
         mut flight: Flight,
         random: &mut Random,
         branches: &mut Vec<Branch>,
@@ -188,7 +246,7 @@ impl<M: Medium, S: Surroundings> Light<'_, M, S> {
         let mut sum = DVec3::ZERO;
         // As long as nothing is behind that gathers what narrow scatterings beyond it send: only then
         // do the path's own ones count.
-        let mut straight = lobes.narrow().is_some();
+        straight &= lobes.narrow().is_some();
         for collision in 0.. {
             let sun;
             match flight {
@@ -256,7 +314,7 @@ impl<M: Medium, S: Surroundings> Light<'_, M, S> {
         sum
     }
 
-    fn towards(&self, sun: DVec3) -> Towards<'_, M, S> {
+    pub(super) fn towards(&self, sun: DVec3) -> Towards<'_, M, S> {
         let Self { medium, surroundings, lobes, .. } = self;
         Towards { medium, surroundings, lobes, sun }
     }
@@ -299,13 +357,16 @@ pub fn look(
     let distance = match flight {
         Flight::Collision(t) | Flight::Ground(t) => t,
         Flight::Escape => {
-            return Seen { radiance: surroundings.sky_of_eye(&ray), transmittance: 1.0 };
+            let changed = air_change(medium, surroundings, matter, &ray, f64::INFINITY, random);
+            let radiance = surroundings.sky_of_eye(&ray) + changed;
+            return Seen { radiance, transmittance: 1.0 };
         }
     };
     let transmittance = if matches!(flight, Flight::Collision(_)) { 0.0 } else { 1.0 };
     let light = radiance(medium, surroundings, matter, ray, flight, random);
     let (added, passed) = surroundings.air(&ray, distance);
-    let radiance = light * passed + added;
+    let changed = air_change(medium, surroundings, matter, &ray, distance, random);
+    let radiance = light * passed + added + changed;
     Seen { radiance, transmittance }
 }
 

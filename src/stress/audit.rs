@@ -119,9 +119,10 @@ impl Audit {
                         Rule::Floats(floats) => {
                             self.take(f32::from_bits(*word), floats[component.min(3)], place);
                         }
-                        Rule::Solved => {
+                        Rule::Solved | Rule::Halves => {
+                            let may_be = if *rule == Rule::Halves { Float::Any } else { of_light };
                             for half in [*word as u16, (*word >> 16) as u16] {
-                                self.take(f16::from_bits(half).to_f32(), of_light, place);
+                                self.take(f16::from_bits(half).to_f32(), may_be, place);
                             }
                         }
                     }

@@ -100,7 +100,7 @@ impl Composed<'_> {
         let quality = case.preset.quality();
         let shift = DVec3::ZERO; // the field brings its own
         let frame =
-            frame_uniforms(scene, &scene.camera, size, truncation, shift, &quality, 0, [true; 2]);
+            frame_uniforms(scene, &scene.camera, size, truncation, shift, &quality, 0, [true; 3]);
         let truth = SunTruth::new(tables, &particles, scene.sun.direction)?;
         let sun_depth = |point: DVec3| truth.depth(point);
         let maps = renderer.shadow_places()?;

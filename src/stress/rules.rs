@@ -23,6 +23,8 @@ pub enum Rule {
     /// Words of two 16-bit floats, light of the light grid: not negative where its solution is whole. On its
     /// way a relaxed step may pass its goal.
     Solved,
+    /// Words of two 16-bit floats, finite.
+    Halves,
     /// A texel of a deep shadow map: places of [`NODES`] nodes along the sun's ray, 16 bits each, and one
     /// number more, which may be any.
     Nodes,
@@ -132,6 +134,7 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("OpaqueUniforms.empty", ANY),
     ("sun_at.points", ANY),
     ("sun_at.transmittances", SHARE),
+    ("air_shadow.changed_light", Rule::Halves),
     ("ReuseUniforms.right", ANY),
     ("ReuseUniforms.up", ANY),
     ("ReuseUniforms.forward", ANY),
@@ -169,7 +172,7 @@ pub const WHOLE: &[&str] = &[
     "FrameUniforms.phase",
     "FrameUniforms.in_place",
     "FrameUniforms.padding_c",
-    "FrameUniforms.padding_a",
+    "FrameUniforms.has_air_shadow",
     "FrameUniforms.padding_b",
     "LightView.tiles",
     "LightView.padding_a",
@@ -295,6 +298,8 @@ pub const WHOLE: &[&str] = &[
     "blend_areas.tile_offsets",
     "blend_areas.counts",
     "blend_areas.groups",
+    "air_shadow.shadow_texels",
+    "resolve.changed_light",
     "blend.tile_offsets",
     "blend.tile_entries",
     "blend.counts",

@@ -1,5 +1,6 @@
 //! Whole frames on the device: what each pass contributes, what is skipped, energy, extremes.
 
+mod air;
 mod blend;
 mod distant;
 mod furnace;

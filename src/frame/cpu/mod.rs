@@ -1,6 +1,7 @@
 //! Plain Rust twins of the shader functions, for the tests, for quantities the host needs itself,
 //! and for the reference. One file per WGSL file of the same stem.
 
+pub mod air_shadow;
 pub mod atmosphere;
 pub mod blend;
 pub mod light;

@@ -4,7 +4,7 @@
 use glam::{DVec3, DVec4};
 use std::f64::consts::PI;
 
-use super::atmosphere::{air_span, distance_to_ground, horizon_squared};
+use super::atmosphere::{air_span, altitude_along, distance_to_ground, horizon_squared, medium_at};
 use super::sky_march::{Air, AirRay, sun_mu_along};
 use crate::frame::sky::gpu_data::{PLANET_RADIUS, disc_peak, disc_profile, seen_from};
 use crate::frame::sky::spectrum::{Coefficients, reflectance, to_rgb};
@@ -66,7 +66,13 @@ impl Sky {
         }
     }
 
-    fn ray(&self, dir: DVec3) -> AirRay {
+    /// Direction to the sun.
+    pub fn sun(&self) -> DVec3 {
+        self.sun
+    }
+
+    /// A ray from the camera.
+    pub fn ray(&self, dir: DVec3) -> AirRay {
         AirRay {
             altitude: self.altitude,
             mu: dir.y,
@@ -144,26 +150,63 @@ impl Sky {
         }
     }
 
+    /// Part of a ray up to a distance that lies in the air, m; of no length where there is none.
+    pub fn air_span(&self, dir: DVec3, distance: f64) -> [f64; 2] {
+        if self.uniform().is_some() {
+            return [0.0; 2];
+        }
+        let span = air_span(self.altitude, dir.y);
+        [span.0, distance.clamp(span.0, span.1)]
+    }
+
+    /// Air at a distance (m) of a ray, seen through the air before it: scattering by molecules and by
+    /// aerosol, rgb (1/m), and the same times the sun's irradiance there.
+    pub fn air_at(&self, dir: DVec3, distance: f64) -> [[DVec3; 2]; 2] {
+        let ray = self.ray(dir);
+        let begin = air_span(self.altitude, dir.y).0;
+        let through = (-self.air.depth_between(&ray, begin, distance, self.steps)).exp();
+        let altitude = altitude_along(self.altitude, dir.y, distance).max(0.0);
+        let medium = medium_at(&self.air.coefficients, altitude);
+        let sunlight = self.air.sunlight(altitude, sun_mu_along(&ray, altitude, distance));
+        let seen = [through * medium.rayleigh, through * medium.aerosol];
+        [seen.map(to_rgb), seen.map(|seen| to_rgb(seen * sunlight) * self.irradiance)]
+    }
+
+    /// Light at the four wavelengths per unit of the sun's irradiance as rgb of this sun.
+    pub fn colour_of(&self, light: DVec4) -> DVec3 {
+        to_rgb(light) * self.irradiance
+    }
+
+    /// Irradiance of sun and sky on bare ground, rgb, where this is the cosine of the sun's zenith angle.
+    pub fn ground_irradiance(&self, sun_mu: f64) -> DVec3 {
+        let diffuse =
+            self.air.ground.at(glam::DVec2::new(super::atmosphere::sun_place(sun_mu), 0.0));
+        let direct = self.air.sunlight(0.0, sun_mu) * sun_mu.max(0.0);
+        colour(direct + diffuse) * self.irradiance
+    }
+
     /// Distance to the ground, m; -1 where there is none.
     pub fn ground_distance(&self, dir: DVec3) -> f64 {
         distance_to_ground(self.altitude, dir.y)
     }
 
-    /// Radiance of the ground at a distance (m), before the air in front of it; `sun_visibility`
-    /// is the share of the sunlight that the clouds let through.
-    pub fn ground_radiance(&self, dir: DVec3, distance: f64, sun_visibility: f64) -> DVec3 {
+    /// Radiance of the ground at a distance (m), before the air in front of it. `light`: share of the sunlight
+    /// that the clouds let through, irradiance that they scatter down per unit of the sun's on a surface that
+    /// faces it, share of the skylight that they let through; 1, 0, 1 without them.
+    pub fn ground_radiance(&self, dir: DVec3, distance: f64, light: [f64; 3]) -> DVec3 {
         let sun_mu = sun_mu_along(&self.ray(dir), 0.0, distance);
         let albedo = self.inputs.ground_albedo.as_dvec3();
-        let level = sun_mu.max(0.0) * sun_visibility;
-        let light = match self.uniform() {
-            Some(radiance) => DVec3::splat(level * self.irradiance) + radiance * PI,
+        let level = sun_mu.max(0.0) * light[0];
+        let by_clouds = light[1] * self.sun_irradiance_at(0.0);
+        let others = match self.uniform() {
+            Some(radiance) => DVec3::splat(level * self.irradiance) + radiance * light[2] * PI,
             None => {
                 let place = glam::DVec2::new(super::atmosphere::sun_place(sun_mu), 0.0);
                 let direct = self.air.sunlight(0.0, sun_mu) * level;
-                colour(direct + self.air.ground.at(place)) * self.irradiance
+                colour(direct + self.air.ground.at(place) * light[2]) * self.irradiance
             }
         };
-        albedo / PI * light
+        albedo / PI * (others + by_clouds)
     }
 
     /// Angle from the horizontal down to the horizon, rad.

@@ -236,11 +236,7 @@ impl Air {
         let again = self.multiple.at(DVec2::new(sun_place(sun_mu), altitude_place(altitude)));
         let source = single * self.sunlight(altitude, sun_mu) + scattering * again;
         let tau = medium.extinction * (end - begin);
-        // 1 - exp(-tau) over tau; tau is far above the last digits of 1 or so thin that its
-        // error is nothing.
-        let mean = |t: f64| if t < 1e-8 { 1.0 } else { -(-t).exp_m1() / t };
-        let mean = DVec4::from_array(tau.to_array().map(mean));
-        let weight = (-so_far.optical_depth).exp() * mean * (end - begin);
+        let weight = (-so_far.optical_depth).exp() * mean_transmittance(tau) * (end - begin);
         Gathered {
             radiance: so_far.radiance + weight * source,
             response: so_far.response + weight * scattering,
@@ -253,6 +249,31 @@ impl Air {
         let place = |i: u32| begin + (end - begin) * (f64::from(i) / f64::from(steps)).powi(2);
         (0..steps)
             .fold(Gathered::default(), |sum, i| self.gather(ray, place(i), place(i + 1), &sum))
+    }
+
+    /// Light that a piece of a ray scatters, before the air in front of the piece: of the sun's beam and of what
+    /// comes evenly from all sides (1/sr), both per unit of the sunlight there.
+    pub fn sunlit(&self, ray: &AirRay, begin: f64, end: f64, [beam, even]: [f64; 2]) -> DVec4 {
+        let middle = 0.5 * (begin + end);
+        let altitude = altitude_along(ray.altitude, ray.mu, middle).max(0.0);
+        let medium = medium_at(&self.coefficients, altitude);
+        let scattered = (medium.rayleigh * rayleigh_phase(ray.cos_sun)
+            + medium.aerosol * aerosol_phase(ray.cos_sun))
+            * beam
+            + (medium.rayleigh + medium.aerosol) * even;
+        let sunlight = self.sunlight(altitude, sun_mu_along(ray, altitude, middle));
+        scattered * sunlight * mean_transmittance(medium.extinction * (end - begin)) * (end - begin)
+    }
+
+    /// Optical depth of a piece of a ray.
+    pub fn depth_between(&self, ray: &AirRay, begin: f64, end: f64, steps: u32) -> DVec4 {
+        let place = |i: u32| begin + (end - begin) * (f64::from(i) / f64::from(steps)).powi(2);
+        let part = |i: u32| {
+            let (a, b) = (place(i), place(i + 1));
+            let altitude = altitude_along(ray.altitude, ray.mu, 0.5 * (a + b)).max(0.0);
+            medium_at(&self.coefficients, altitude).extinction * (b - a)
+        };
+        (0..steps).map(part).sum()
     }
 
     /// All light along a ray to the ground, which is seen at its end, or to the end of the air.
@@ -272,6 +293,11 @@ impl Air {
         let end = if hits_ground { ground_reach(ray.altitude, ray.mu) } else { span.1 };
         self.gather_between(ray, span.0, end, steps)
     }
+}
+
+/// 1 - exp(-tau) over tau; tau is far above the last digits of 1 or so thin that its error is nothing.
+fn mean_transmittance(tau: DVec4) -> DVec4 {
+    DVec4::from_array(tau.to_array().map(|t| if t < 1e-8 { 1.0 } else { -(-t).exp_m1() / t }))
 }
 
 /// Cosine of the sun's zenith angle after a distance along a ray.

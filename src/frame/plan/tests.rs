@@ -8,7 +8,7 @@ use crate::scene::CloudField;
 
 fn key() -> FrameKey {
     FrameKey {
-        frame: FrameUniforms { has_ground: 1, ..FrameUniforms::zeroed() },
+        frame: FrameUniforms { has_ground: 1, has_air: 1, ..FrameUniforms::zeroed() },
         clouds: Some(PlacedField::new(&CloudField::default(), glam::DVec3::ZERO, 0.0, &[], 0, 0)),
         listed: Vec::new(),
         light: LightView::zeroed(),

@@ -10,6 +10,16 @@ use crate::frame::light_grid::{GridSettings, LightGrid};
 use crate::scene::Scene;
 use crate::{Error, Result};
 
+/// What a frame knows of the air under clouds.
+pub struct AirShadow {
+    /// Where the shadow maps lie.
+    pub maps: ShadowUniforms,
+    /// Their texels.
+    pub texels: Vec<[u32; 4]>,
+    /// Entry after entry of ray after ray of [`crate::frame::air_shadow`].
+    pub entries: Vec<[u32; 2]>,
+}
+
 impl Renderer {
     /// The last frame's particles and their light, read back; in the order of the device's buffers.
     /// Only particles in view have light.
@@ -41,6 +51,22 @@ impl Renderer {
     /// The buffers of the light that the light grid shows, whose solution is whole: sources and lights.
     pub fn solved_light(&self) -> Option<[&wgpu::Buffer; 2]> {
         self.grid.solved()
+    }
+
+    /// What the last frame knows of the air under clouds, read back.
+    pub fn air_shadow(&self) -> Result<AirShadow> {
+        let Some(resources) = &self.resources else {
+            return Err(Error::Gpu("no frame was made".to_owned()));
+        };
+        let maps = self.gpu.read_buffer::<ShadowUniforms>(&self.shadow.uniforms, 1)?;
+        let maps = *maps.first().ok_or_else(|| Error::Gpu("no shadow maps".to_owned()))?;
+        let texels = self.shadow.bytes() as usize / size_of::<[u32; 4]>();
+        let entries = resources.changed_light.size() as usize / size_of::<[u32; 2]>();
+        Ok(AirShadow {
+            maps,
+            texels: self.gpu.read_buffer(&self.shadow.texels, texels)?,
+            entries: self.gpu.read_buffer(&resources.changed_light, entries)?,
+        })
     }
 
     /// Lengths of the lists of the last frame's tiles on screen, row by row; read back.

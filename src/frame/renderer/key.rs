@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::Renderer;
 use crate::Result;
 use crate::frame::changes::FrameKey;
-use crate::frame::in_view::InView;
+use crate::frame::in_view::{self, InView};
 use crate::frame::light_grid::{scale_field, scale_particles};
 use crate::frame::plan::Pass;
 use crate::frame::rings;
@@ -41,6 +41,13 @@ impl Renderer {
         let is_lit = self.opaque.as_ref().is_some_and(|opaque| opaque.sunlit.is_some());
         let has_shadows = any && (in_view.ground || is_lit);
         let is_asked = any && self.sun_asked;
+        // Air is as bare where no cloud is in view: there is no light field then.
+        let shown = if self.make_unseen { in_view::in_view(scene, time, size) } else { in_view };
+        let has_air_shadow = any
+            && shown.clouds
+            && matches!(scene.sky, Sky::Atmosphere)
+            && self.omit != Some(Pass::AirShadow)
+            && !self.composer.as_ref().is_some_and(|c| c.unneeded().contains(&Pass::AirShadow));
         // What a picture without clouds does not depend on shall not make it anew.
         let is_made = has_clouds || has_shadows || is_asked;
         let capacity = if is_made { self.capacities.particles } else { 0 };
@@ -55,7 +62,7 @@ impl Renderer {
                 shift,
                 &Quality { pixel_stride: self.stride(), ..self.quality },
                 capacity,
-                [has_clouds, has_shadows],
+                [has_clouds, has_shadows, has_air_shadow],
             ),
             clouds,
             listed,

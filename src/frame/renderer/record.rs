@@ -157,13 +157,28 @@ impl Renderer {
                             key.shadow.maps,
                         );
                     }
+                    Pass::AirShadow => {
+                        if let Some(field) = self.grid.bind_group() {
+                            let groups = [self.sky.march_group(), sky_bindings, field];
+                            let bindings = &resources.air_shadow_bindings;
+                            passes.air_shadow.encode(compute, key.frame.size, bindings, groups);
+                        }
+                    }
                     Pass::Resolve => {
                         // The host may bring other textures in every frame.
                         let of_opaque = key.opaque.as_ref().map(|opaque| {
                             let [radiance, sunlit] = resources.opaque.radiance(Some(opaque));
                             let views = [&resources.opaque.distances, radiance, sunlit];
                             let (frame, targets) = (&resources.frame, &resources.targets);
-                            passes.resolve.bind(gpu, frame, &self.shadow, targets, views)
+                            let changed_light = &resources.changed_light;
+                            passes.resolve.bind(
+                                gpu,
+                                frame,
+                                &self.shadow,
+                                changed_light,
+                                targets,
+                                views,
+                            )
                         });
                         let bindings = of_opaque.as_ref().unwrap_or(&resources.resolve_bindings);
                         passes.resolve.encode(

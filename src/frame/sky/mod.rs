@@ -81,6 +81,8 @@ struct Stage {
 pub struct SkyPass {
     layout: wgpu::BindGroupLayout,
     group: wgpu::BindGroup,
+    march: wgpu::BindGroupLayout,
+    march_group: wgpu::BindGroup,
     uniforms: wgpu::Buffer,
     tables: SkyTables,
     stages: Vec<Stage>,
@@ -176,7 +178,18 @@ impl SkyPass {
         let layout = tables::layout(gpu, "sky", &[FLAT, FLAT, FLAT, SOLID, FLAT]);
         let read = [&t.ground, &t.altitude, &t.view, &t.air_sources, &t.air_depths];
         let group = tables::bind(gpu, &layout, &uniforms, &sampler, &read);
-        Ok(Self { layout, group, uniforms, tables: t, stages: stages?, last: None, made: None })
+        let march_group = sources(all);
+        Ok(Self {
+            layout,
+            group,
+            march,
+            march_group,
+            uniforms,
+            tables: t,
+            stages: stages?,
+            last: None,
+            made: None,
+        })
     }
 
     /// Layout of the bind group that passes read the sky through (group 2).
@@ -187,6 +200,17 @@ impl SkyPass {
     /// That bind group.
     pub fn bind_group(&self) -> &wgpu::BindGroup {
         &self.group
+    }
+
+    /// Layout of the bind group of the tables that don't depend on the view (group 1 of passes that march
+    /// through the air).
+    pub fn march_layout(&self) -> &wgpu::BindGroupLayout {
+        &self.march
+    }
+
+    /// That bind group.
+    pub fn march_group(&self) -> &wgpu::BindGroup {
+        &self.march_group
     }
 
     /// The tables.

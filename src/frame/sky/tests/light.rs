@@ -172,10 +172,12 @@ fn the_ground_is_lit_as_the_twin_says() {
     for elevation in [-80.0, -20.0, -2.0] {
         let dir = direction(elevation, 60.0).as_vec3().as_dvec3();
         let distance = sky.ground_distance(dir);
-        for visibility in [0.0, 0.25, 1.0] {
-            let asked = Query { visibility: visibility as f32, ..query(dir, distance, 0.0) };
+        for light in [[0.0, 0.0, 0.5], [0.25, 0.04, 0.9], [1.0, 0.0, 1.0]] {
+            let [visibility, by_clouds, sky_share] = light.map(|l: f64| l as f32);
+            let bare = query(dir, distance, 0.0);
+            let asked = Query { visibility, by_clouds, sky_share, ..bare };
             let got = rgb(bench.ask(&[asked])[0].ground);
-            let expected = sky.ground_radiance(dir, distance, visibility);
+            let expected = sky.ground_radiance(dir, distance, light);
             // Half floats, and one table between the two.
             assert!((got / expected - 1.0).abs().max_element() < 4e-3, "{got} {expected}");
         }

@@ -20,7 +20,8 @@ struct Query {
     distance: f32,
     altitude: f32,
     visibility: f32,
-    padding: [u32; 2],
+    by_clouds: f32,
+    sky_share: f32,
 }
 
 #[repr(C)]
@@ -122,7 +123,8 @@ fn query(dir: DVec3, distance: f64, altitude: f64) -> Query {
         distance: distance as f32,
         altitude: altitude as f32,
         visibility: 1.0,
-        padding: [0; 2],
+        by_clouds: 0.0,
+        sky_share: 1.0,
     }
 }
 

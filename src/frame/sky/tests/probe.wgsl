@@ -9,8 +9,8 @@ struct Query {
     distance: f32,
     altitude: f32,
     visibility: f32,
-    padding_a: u32,
-    padding_b: u32,
+    by_clouds: f32,
+    sky_share: f32,
 }
 
 struct Answer {
@@ -41,6 +41,6 @@ fn probe(@builtin(global_invocation_id) id: vec3<u32>) {
     answer.sun = vec4(sun_irradiance_at(query.altitude), 0.0);
     answer.above = vec4(sky_ambient_above(query.altitude), 0.0);
     answer.below = vec4(sky_ambient_below(query.altitude), 0.0);
-    answer.ground = vec4(ground_radiance(query.dir, query.distance, query.visibility), 0.0);
+    answer.ground = vec4(ground_radiance(query.dir, query.distance, vec3(query.visibility, query.by_clouds, query.sky_share)), 0.0);
     answers[id.x] = answer;
 }
