@@ -8,7 +8,7 @@
 // invocation owns one slanted plane of cells along one direction, every cell is in one of them, and
 // light that leaves its plane sideways leaves the level: it reads only what it wrote itself, and
 // extinctions and sources, which `sweep` does not write.
-#import cumuli::light_grid_data::{Crossing, DIRECTIONS, EMPTY_CELL, GridLevel, GridStage, LightGridUniforms, NO_SLOT, crossing, grid_direction, grid_index, grid_phase, light_from_outside, pack_light, slot_of, unpack_light}
+#import cumuli::light_grid_data::{Crossing, DIRECTIONS, EMPTY_CELL, GridLevel, GridStage, LightGridUniforms, NO_SLOT, crossing, grid_direction, grid_index, grid_phase, light_under_sky, pack_light, slot_of, unpack_light}
 #import cumuli::numerics::{mean_transmittance, opacity, unfolded}
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
@@ -110,7 +110,7 @@ fn levels() -> u32 {
 // Share of a corner of a look-up in the light along a direction there.
 fn corner_light(direction_index: u32, outer: GridLevel, place: GridPlace, corner: u32) -> vec3<f32> {
     let entry = cells[grid_index(outer, corner_of(place, corner))];
-    var light = light_from_outside(direction_index, grid.sky);
+    var light = light_under_sky(direction_index, grid.sky);
     if entry != NO_SLOT {
         light = unpack_light(lights[direction_index * grid.kept_room + slot_of(entry)]);
     }
@@ -135,7 +135,7 @@ fn inflow(inner: u32, direction_index: u32, point: vec3<f32>) -> vec3<f32> {
             return sum;
         }
     }
-    return light_from_outside(direction_index, grid.sky);
+    return light_under_sky(direction_index, grid.sky);
 }
 
 // Optical depth beyond which no sunlight counts: what is left rounds to nothing in a light of f16.

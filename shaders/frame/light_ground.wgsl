@@ -7,7 +7,7 @@
 //
 // Workgroup contract: one invocation owns one column of cells of one level. `rise` reads what `fall`
 // wrote: it is a dispatch of its own.
-#import cumuli::light_grid_data::{DIRECTIONS, GridLevel, LightGridUniforms, NO_SLOT, EMPTY_CELL, crossing, grid_direction, grid_index, light_from_outside, slot_of, unpack_light}
+#import cumuli::light_grid_data::{DIRECTIONS, GridLevel, LightGridUniforms, NO_SLOT, EMPTY_CELL, crossing, grid_direction, grid_index, light_under_sky, slot_of, unpack_light}
 #import cumuli::numerics::{mean_transmittance, unfolded}
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
@@ -79,7 +79,7 @@ fn fall(@builtin(global_invocation_id) id: vec3<u32>) {
         if down > 0.0 {
             sum += down * unpack_light(lights[d * grid.kept_room + at]);
             all += down;
-            bare += down * light_from_outside(d, grid.sky).y;
+            bare += down * light_under_sky(d, grid.sky).y;
         }
     }
     // From the cell's mean to what leaves it.

@@ -108,12 +108,17 @@ fn slot_of(entry: u32) -> u32 {
     return entry & ~EMPTY_CELL;
 }
 
-// Light that comes in from outside of all levels along a direction of travel, under a sky as uneven as `sky` tells.
-fn light_from_outside(index: u32, sky: array<vec4<f32>, 2>) -> vec3<f32> {
+// Light that comes in from outside of all levels along a direction of travel, under a sky as bright everywhere.
+fn light_from_outside(direction: vec3<f32>) -> vec3<f32> {
+    let above = select(0.0, 1.0, direction.y < 0.0);
+    return vec3(0.0, above, 1.0);
+}
+
+// The same by the direction's number, under a sky as uneven as `sky` tells.
+fn light_under_sky(index: u32, sky: array<vec4<f32>, 2>) -> vec3<f32> {
     let axis = index >> 1u;
     let uneven = select(sky[0], sky[1], axis > 3u)[axis & 3u];
-    let above = select(0.0, 1.0 + uneven, grid_direction(index).y < 0.0);
-    return vec3(0.0, above, 1.0);
+    return light_from_outside(grid_direction(index)) * vec3(1.0, 1.0 + uneven, 1.0);
 }
 
 // The most that such a sky sends along a direction, over that of an even one.

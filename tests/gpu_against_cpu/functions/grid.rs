@@ -23,6 +23,23 @@ fn directions_and_cells() {
         let d = direction(i as usize % 12);
         [d.x, d.y, d.z, if d.y < 0.0 { 1.0 } else { 0.0 }]
     });
+    let skies = many(120, |r| {
+        [r.between(0.0, 12.0).floor(), r.between(-1.0, 0.0), r.between(0.0, 3.0)].map(|x| x as f32)
+    });
+    // Six numbers of which one is the direction's own: its axis counts by fours.
+    Function::new(
+        "light_grid_data::light_under_sky, most_from_above",
+        "#import cumuli::light_grid_data::{light_under_sky, most_from_above}\n\
+         fn sky(a: f32, b: f32) -> array<vec4<f32>, 2> {\n\
+             return array(vec4(a, b, a + b, 0.5 * a), vec4(0.25 * b, 0.5 * b, 0.0, 0.0));\n\
+         }",
+        "vec4(light_under_sky(u32(x[0]), sky(x[1], x[2])), most_from_above(sky(x[1], x[2])))",
+    )
+    .agrees(&skies, 4.0, |[i, a, b]| {
+        let above = [a, b, a + b, 0.5 * a, 0.25 * b, 0.5 * b][i as usize / 2];
+        let is_above = direction(i as usize).y < 0.0;
+        [0.0, if is_above { 1.0 + above } else { 0.0 }, 1.0, 1.0 + b.max(a + b)]
+    });
     let moments = many(121, |r| {
         [r.between(-1.0, 1.0) as f32, r.between(-0.2, 1.0) as f32, r.between(-1.0, 1.0) as f32]
     });
