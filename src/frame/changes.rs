@@ -124,7 +124,16 @@ impl Product {
             ],
             // Only what the eye may see is made.
             Self::Shadow => &[Input::Particles, Input::Camera, Input::Sun, Input::ShadowMaps],
-            Self::AirShadow | Self::Clouds => &[
+            Self::AirShadow => &[
+                Input::Particles,
+                Input::Camera,
+                Input::Sun,
+                Input::Sky,
+                Input::Grid,
+                Input::ShadowMaps,
+                Input::Field,
+            ],
+            Self::Clouds => &[
                 Input::Particles,
                 Input::Camera,
                 Input::Sun,

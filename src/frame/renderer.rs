@@ -347,6 +347,8 @@ impl Renderer {
                 Resources::new(&self.gpu, &self.passes, &self.phase, &self.shadow, layout)
             }
         };
+        // Without memory for them nothing is begun: what a driver compiles on the way may need the rest.
+        self.gpu.check()?;
         let unneeded = self.composer.as_ref().map_or(&[][..], |c| c.unneeded());
         let sky_changed = sky_work != SkyWork::None;
         self.changes.observe(&key, sky_changed, &grid);
