@@ -10,7 +10,7 @@
 #import cumuli::light_lists::{OPTICAL_DEPTH_LIMIT, Occlusion, particle_occlusion}
 #import cumuli::light_view::light_tile
 #import cumuli::light_field::{crowding, ground_shares}
-#import cumuli::lighting::aloneness
+#import cumuli::lighting::{CROWD_END, aloneness, crowding_depth}
 #import cumuli::sky::{sky_ambient_above, sky_below, sun_irradiance_at}
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
@@ -22,7 +22,9 @@
 @group(0) @binding(6) var<storage, read> order: array<u32>;   // particles in view come first
 @group(0) @binding(7) var<storage, read_write> lights: array<ParticleLight>;
 
-fn occlusion_at(point: vec3<f32>, self_index: u32) -> Occlusion {
+// Optical depth of the others on the sun's ray through a particle's centre, or some of it that is `most` or more: a
+// particle behind and before that much is not alone, and what else there is on its ray is not asked for.
+fn occlusion_at(point: vec3<f32>, self_index: u32, most: f32) -> Occlusion {
     var sum: Occlusion;
     let tile = light_tile(view, point);
     if tile >= view.tiles.x * view.tiles.y {
@@ -37,7 +39,7 @@ fn occlusion_at(point: vec3<f32>, self_index: u32) -> Occlusion {
         let taken = particle_occlusion(particles[other], view.towards.xyz, point);
         sum.front += taken.front;
         sum.behind += taken.behind;
-        if min(sum.front, sum.behind) > OPTICAL_DEPTH_LIMIT {
+        if sum.front + sum.behind >= most || min(sum.front, sum.behind) > OPTICAL_DEPTH_LIMIT {
             break;
         }
     }
@@ -56,13 +58,17 @@ fn light(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let particle = particles[index];
-    let taken = occlusion_at(particle.centre, index);
     let altitude = frame.camera_altitude + particle.centre.y;
     lights[index].sun_irradiance = vec4(sun_irradiance_at(altitude), epoch);
-    lights[index].ambient_above = vec4(sky_ambient_above(altitude), taken.front);
     let mass = particle.optical_radius * particle.radius * particle.radius * 4.18879;
     let place = particle.centre - frame.grid_shift.xyz;
     let crowd = crowding(place, mass, particle.radius);
+    // What is crowded is not alone, whatever stands on its ray.
+    var taken: Occlusion;
+    if crowd < CROWD_END {
+        taken = occlusion_at(particle.centre, index, crowding_depth(particle.optical_radius));
+    }
     let alone = aloneness(particle.optical_radius, taken.front + taken.behind, crowd);
+    lights[index].ambient_above = vec4(sky_ambient_above(altitude), taken.front);
     lights[index].ambient_below = vec4(sky_below(altitude, ground_shares(place)), alone);
 }

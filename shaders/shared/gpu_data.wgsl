@@ -19,7 +19,7 @@ struct Particle {
 // Light that reaches one particle.
 struct ParticleLight {
     sun_irradiance: vec4<f32>, // rgb, perpendicular to the beam, after the air; w: epoch
-    ambient_above: vec4<f32>,  // rgb, mean radiance of the sky over the particle; w: optical depth of the others from its centre to the sun
+    ambient_above: vec4<f32>,  // rgb, mean radiance of the sky over the particle; w: optical depth of the others from its centre to the sun, where it is alone at all
     ambient_below: vec4<f32>,  // rgb, mean radiance of what lies below; w: how much it is alone
 }
 

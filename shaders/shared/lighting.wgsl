@@ -27,10 +27,20 @@ const CROWD_END: f32 = 2.5;
 // has no optical depth sends no light.
 const LEAST_DEPTH: f32 = 1e-20;
 
+// Along a mean chord.
+fn mean_depth(optical_radius: f32) -> f32 {
+    return 4.0 / 3.0 * optical_radius;
+}
+
+// Optical depth of others on the sun's ray through a particle's middle from which on it is not alone.
+fn crowding_depth(optical_radius: f32) -> f32 {
+    return mean_depth(optical_radius) * (1.0 / ALONE_BEGIN - 1.0);
+}
+
 // How much of a particle's sunlight its own table tells: 0 among others, 1 alone. `others`: optical
 // depth of the others on the sun's ray through its middle; `crowd`: matter around it over its own.
 fn aloneness(optical_radius: f32, others: f32, crowd: f32) -> f32 {
-    let own = 4.0 / 3.0 * optical_radius; // along a mean chord
+    let own = mean_depth(optical_radius);
     let share = smoothstep(ALONE_BEGIN, ALONE_END, own / max(own + others, LEAST_DEPTH));
     return share * (1.0 - smoothstep(CROWD_BEGIN, CROWD_END, crowd));
 }

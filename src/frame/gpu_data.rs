@@ -53,9 +53,10 @@ gpu_struct! {
     ParticleLight {
         /// Perpendicular irradiance after the air, rgb; epoch.
         sun_irradiance: [f32; 4],
-        /// Mean radiance of the sky above, rgb; optical depth of the others from the centre to the sun.
+        /// Mean radiance of the sky above, rgb; optical depth of the others from the centre to the sun, where it is
+        /// alone at all (`ambient_below[3]` above 0); a part of it elsewhere.
         ambient_above: [f32; 4],
-        /// Mean radiance of what lies below, rgb.
+        /// Mean radiance of what lies below, rgb; how much it is alone.
         ambient_below: [f32; 4],
     }
 }

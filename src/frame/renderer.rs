@@ -190,20 +190,27 @@ impl Renderer {
     /// Before the first frame; for points that are not finite; and, at the first call only, after a frame that saw nothing that
     /// sunlight falls on: from then on every frame makes what is needed here.
     pub fn sun_transmittance(&mut self, points: &[DVec3]) -> Result<Vec<f32>> {
+        self.sun_transmittance_if_known(points)?.ok_or_else(|| {
+            Error::Failed(
+                "the sun's lists are those of no frame: expected one after the first call, or one with clouds or surfaces in view"
+                    .to_owned(),
+            )
+        })
+    }
+
+    /// The same; nothing where the last frame made no lists for it.
+    pub(crate) fn sun_transmittance_if_known(&mut self, points: &[DVec3]) -> Result<Option<Vec<f32>>> {
         self.sun_asked = true;
         if let Some(i) = points.iter().position(|p| !p.is_finite()) {
             let message = format!("expected finite numbers, found {} at {i}", points[i]);
             return Err(Error::input("points", message));
         }
         if self.is_clear == Some(true) {
-            return Ok(vec![1.0; points.len()]);
+            return Ok(Some(vec![1.0; points.len()]));
         }
         let is_made = !self.changes.is_stale(Product::LightLists, &[]);
         let (Some(resources), true) = (&self.resources, is_made) else {
-            return Err(Error::Failed(
-                "the sun's lists are those of no frame: expected one after the first call, or one with clouds or surfaces in view"
-                    .to_owned(),
-            ));
+            return Ok(None);
         };
         let pass = match self.sun_at.take() {
             Some(pass) => pass,
@@ -212,7 +219,7 @@ impl Renderer {
         let pass = self.sun_at.insert(pass);
         let relative: Vec<_> =
             points.iter().map(|p| (*p - self.eye).as_vec3().extend(0.0).to_array()).collect();
-        pass.transmittances(&self.gpu, resources, self.tables.bind_group(), &relative)
+        pass.transmittances(&self.gpu, resources, self.tables.bind_group(), &relative).map(Some)
     }
 
     /// Makes one frame and reads it back. `time` in s, `size` in pixels.

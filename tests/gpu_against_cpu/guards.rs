@@ -118,13 +118,24 @@ fn how_much_a_particle_is_alone() {
         inputs.push([own, others, random.between(0.0, 4.0) as f32, 0.0]);
     }
     inputs.extend([[0.0; 4], [0.0, 0.0, 1e30, 0.0], [1e13, 0.0, 0.0, 0.0]]);
-    let call = "vec4(aloneness(x.x, x.y, x.z), 0.0, 0.0, 0.0)";
-    let results = four("cumuli::lighting::aloneness", call, &inputs);
+    let call = "vec4(aloneness(x.x, x.y, x.z), crowding_depth(x.x), \
+        aloneness(x.x, max(x.y, crowding_depth(x.x)), x.z), aloneness(x.x, x.y, max(x.z, CROWD_END)))";
+    let functions = "cumuli::lighting::{CROWD_END, aloneness, crowding_depth}";
+    let results = four(functions, call, &inputs);
     // The steepest part of a smoothstep between 0.5 and 0.95 magnifies by 1.5 / 0.45.
     let found = worst(&inputs, &results, |[own, others, crowd, _]| {
         (lighting::aloneness(own, others, crowd), 1.0)
     });
     within("aloneness", 24.0, found);
+    // Two products.
+    let depth: Vec<_> = results.iter().map(|r| [r[1], 0.0, 0.0, 0.0]).collect();
+    let found = worst(&inputs, &depth, |[own, ..]| {
+        let depth = lighting::crowding_depth(own);
+        (depth, depth)
+    });
+    within("crowding_depth", 2.0, found);
+    // The pass ends its sums there: exactly nothing is left.
+    assert!(results.iter().all(|r| r[2] == 0.0 && r[3] == 0.0));
     // Nothing is not alone; matter among nothing is, wholly.
     let ends: Vec<f32> = results[results.len() - 3..].iter().map(|r| r[0]).collect();
     assert_eq!(ends, [0.0, 0.0, 1.0]);

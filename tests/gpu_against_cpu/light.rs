@@ -147,11 +147,13 @@ fn compare(particles: &[Particle], towards: DVec3) -> Errors {
     let none = <ParticleLight as bytemuck::Zeroable>::zeroed();
     let (lights, order) = on_device(particles, &view, &vec![none; particles.len()]);
     assert!(order.len() > 50 && order.len() < particles.len(), "{} in view", order.len());
+    // Particles that no matter on their ray could crowd are asked for all of their depth.
+    let whole = on_device(&never_crowded(particles), &view, &vec![none; particles.len()]).0;
     // The direction as the device has it.
     let towards = cpu::light_project::axis(view.towards);
     let (mut worst, mut squares, mut largest) = (0.0f64, 0.0, 0.0f64);
-    let mut shared = 0;
-    for (i, light) in lights.iter().enumerate() {
+    let (mut shared, mut ended) = (0, 0);
+    for (i, (light, whole)) in lights.iter().zip(&whole).enumerate() {
         if !order.contains(&(i as u32)) {
             assert_eq!(*light, none, "particle {i} is not in view");
             continue;
@@ -165,17 +167,32 @@ fn compare(particles: &[Particle], towards: DVec3) -> Errors {
         let taken = cpu::light::occlusion(tables(), particles, Some(i), towards, centre);
         let alone = aloneness(own.optical_radius.into(), taken.front + taken.behind, 0.0);
         // Smoothstep of slope 1.5 over 0.45 of a share, whose depths differ by what is told below.
-        let difference = (f64::from(light.ambient_below[3]) - alone).abs();
+        let found = light.ambient_below[3];
+        let difference = (f64::from(found) - alone).abs();
         assert!(difference < 0.05, "{i}: {alone} differs by {difference}");
         shared += u32::from(alone > 0.0);
-        let error = (f64::from(light.ambient_above[3]) - taken.front).abs();
+        // The sum ends early for none that is alone, and nothing is added to a part of it.
+        if found > 0.0 {
+            assert_eq!(light.ambient_above[3], whole.ambient_above[3], "{i} is alone");
+        } else {
+            assert!(light.ambient_above[3] <= whole.ambient_above[3], "{i} is not");
+            ended += u32::from(light.ambient_above[3] < whole.ambient_above[3]);
+        }
+        let error = (f64::from(whole.ambient_above[3]) - taken.front).abs();
         worst = worst.max(error);
         squares += error * error / order.len() as f64;
         largest = largest.max(taken.front);
     }
     assert!(largest > 3.0, "nothing stands before anything: {largest}");
     assert!(shared > 2, "{shared} are alone");
+    assert!(ended > 20, "{ended} sums ended early");
     Errors { worst, rms: squares.sqrt() }
+}
+
+/// The same particles with an own depth that is told to be larger than what all others have together.
+fn never_crowded(particles: &[Particle]) -> Vec<Particle> {
+    let deeper = |p: &Particle| Particle { optical_radius: 1e6 * p.optical_radius, ..*p };
+    particles.iter().map(deeper).collect()
 }
 
 /// A clump in view, and particles out of view that stand between it and the light.
@@ -238,6 +255,7 @@ fn dense_clumps_stay_finite_and_dark() {
     for particle in &mut particles {
         particle.extinction *= 1e4;
     }
+    let particles = never_crowded(&particles);
     let view = light_view(SUN.normalize(), &BOUNDS, DVec3::ZERO);
     let none = <ParticleLight as bytemuck::Zeroable>::zeroed();
     let (lights, order) = on_device(&particles, &view, &vec![none; particles.len()]);

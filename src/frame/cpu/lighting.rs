@@ -13,10 +13,20 @@ const ALONE: [f64; 2] = [0.5, 0.95];
 /// Matter around it over its own, up to which it is alone and from which on it is not.
 const CROWD: [f64; 2] = [1.5, 2.5];
 
+/// Optical depth along a mean chord.
+fn mean_depth(optical_radius: f64) -> f64 {
+    4.0 / 3.0 * optical_radius
+}
+
+/// Optical depth of others on the sun's ray through a particle's middle from which on it is not alone.
+pub fn crowding_depth(optical_radius: f64) -> f64 {
+    mean_depth(optical_radius) * (1.0 / ALONE[0] - 1.0)
+}
+
 /// How much of a particle's sunlight its own table tells: 0 among others, 1 alone. `others`: optical
 /// depth of the others on the sun's ray through its middle; `crowd`: matter around it over its own.
 pub fn aloneness(optical_radius: f64, others: f64, crowd: f64) -> f64 {
-    let own = 4.0 / 3.0 * optical_radius;
+    let own = mean_depth(optical_radius);
     let smooth = |x: f64, [begin, end]: [f64; 2]| {
         let t = ((x - begin) / (end - begin)).clamp(0.0, 1.0);
         t * t * (3.0 - 2.0 * t)

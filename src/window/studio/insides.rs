@@ -6,6 +6,7 @@ use super::order::{Inside, Order};
 use crate::Result;
 use crate::compare::error_image::heat;
 use crate::frame::cpu::rings;
+use crate::frame::gpu_data::Particle;
 use crate::frame::population::Shapes;
 use crate::frame::{Picture, Renderer};
 use crate::scene::{Camera, Scene};
@@ -36,7 +37,7 @@ pub(super) struct View {
 /// The view of the renderer's last frame, made of `order` and its scene.
 pub(super) fn view(
     inside: Inside,
-    renderer: &Renderer,
+    renderer: &mut Renderer,
     tables: &TableSet,
     scene: &Scene,
     order: &Order,
@@ -59,15 +60,17 @@ pub(super) fn view(
             heat_map(size, of_pixel, "steps and look-ups of a pixel")
         }
         Inside::Light => {
-            let (particles, lights) = renderer.particles()?;
-            let discs = particles.iter().zip(&lights).map(|(particle, light)| {
-                // In the middle of the particle; no number is unusual for one out of view.
-                let through = f64::from((-light.ambient_above[3]).exp());
-                Disc::of(particle.centre, particle.radius, grey(through))
+            let (particles, _) = renderer.particles()?;
+            let centre = |p: &Particle| scene.camera.position + DVec3::from_array(p.centre.map(f64::from));
+            let centres: Vec<_> = particles.iter().map(centre).collect();
+            // A frame that sees nothing that sunlight falls on knows nothing of it, and has no discs in view.
+            let through = renderer.sun_transmittance_if_known(&centres)?;
+            let through = through.unwrap_or_else(|| vec![1.0; centres.len()]);
+            let discs = particles.iter().zip(&through).map(|(particle, through)| {
+                Disc::of(particle.centre, particle.radius, grey(f64::from(*through)))
             });
             let pixels = splat(&scene.camera, size, discs.collect());
-            let legend = "sunlight that reaches each particle's middle, without its own shadow: \
-                black 0, white 1; particles out of view are as they were seen last";
+            let legend = "sunlight that reaches each particle's middle: black 0, white 1";
             View { pixels, legend: legend.to_owned() }
         }
         Inside::Rings => {
