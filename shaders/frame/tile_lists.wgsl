@@ -2,7 +2,7 @@
 // that touch it, in sorted order, but for those behind all that is opaque in it (LIMITED). Two levels: bins of 8x8 tiles
 // first, so that a tile walks its bin's list and not all particles. Twin: src/frame/cpu/tile_lists.rs.
 //
-// Workgroup contract: one invocation owns one (bin, chunk of sorted particles) in the bin
+// Workgroup contract: one invocation owns one (run of bins in a row, chunk of sorted particles) in the bin
 // passes, one tile in the tile passes. Each level counts, is scanned, then writes: the order in a
 // list is the sorted order whatever the timing, and nothing is written beyond the capacity.
 
@@ -64,42 +64,102 @@ fn is_before(particle: u32, limit: u32) -> bool {
 #endif
 }
 
+// Bins that one invocation of the bin passes owns, beside each other in a row: a particle is read once for all of them.
+const BIN_RUN: u32 = 8u;
+
+// A run of bins and a chunk of the sorted particles.
+struct BinRun {
+    first: vec2<u32>, // bin
+    bins: u32,        // that there are of it
+    begin: u32,       // sorted particles
+    end: u32,
+    counts: u32,      // place of its first bin's count; the next bin's is `params.chunks` further
+    limits: array<vec4<u32>, 2>,
+}
+
+fn runs_of_bins() -> u32 {
+    return (params.bins.x + BIN_RUN - 1u) / BIN_RUN;
+}
+
+fn is_a_run(index: u32) -> bool {
+    return index < runs_of_bins() * params.bins.y * params.chunks;
+}
+
+// Neighbours have other bins and the same chunk, so that they read the same particles at a time.
+fn bin_run(index: u32) -> BinRun {
+    let runs = runs_of_bins();
+    let place = index % (runs * params.bins.y);
+    let chunk = index / (runs * params.bins.y);
+    var run: BinRun;
+    run.first = vec2((place % runs) * BIN_RUN, place / runs);
+    run.bins = min(BIN_RUN, params.bins.x - run.first.x);
+    run.begin = chunk * params.chunk;
+    run.end = min(run.begin + params.chunk, lengths[params.length_index]);
+    run.counts = (run.first.y * params.bins.x + run.first.x) * params.chunks + chunk;
+    for (var i = 0u; i < BIN_RUN; i++) {
+        run.limits[i / 4u][i % 4u] = limit_of_bin(run.first + vec2(i, 0u));
+    }
+    return run;
+}
+
+const BITS: vec4<u32> = vec4(1u, 2u, 4u, 8u);
+
+// Which of a run's bins a particle is in, a bit each.
+fn bins_of(rectangle: vec2<u32>, particle: u32, run: ptr<function, BinRun>) -> u32 {
+    let low = vec2(rectangle.x & 0xffffu, rectangle.x >> 16u);
+    let high = vec2(rectangle.y & 0xffffu, rectangle.y >> 16u);
+    let first = (*run).first;
+    let begin = min(max(low.x / BIN, first.x) - first.x, BIN_RUN);
+    let end = min(max((high.x + BIN - 1u) / BIN, first.x) - first.x, (*run).bins);
+    let is_in_row = low.y < (first.y + 1u) * BIN && high.y > first.y * BIN;
+    let bits = select(0u, ((1u << end) - 1u) & ~((1u << begin) - 1u), is_in_row);
+#ifdef LIMITED
+    let nearest_of_it = vec4(nearest[particle]);
+    let before = select(vec4(0u), BITS, nearest_of_it <= (*run).limits[0]) | select(vec4(0u), BITS << vec4(4u), nearest_of_it <= (*run).limits[1]);
+    return bits & (before.x | before.y | before.z | before.w);
+#else
+    return bits;
+#endif
+}
+
 @compute @workgroup_size(64)
 fn count_bins(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= params.bins.x * params.bins.y * params.chunks {
+    if !is_a_run(id.x) {
         return;
     }
-    let bin = id.x / params.chunks;
-    let first = vec2(bin % params.bins.x, bin / params.bins.x) * BIN;
-    let begin = (id.x % params.chunks) * params.chunk;
-    let end = min(begin + params.chunk, lengths[params.length_index]);
-    let limit = limit_of_bin(first / BIN);
-    var found = 0u;
-    for (var i = begin; i < end; i++) {
+    var run = bin_run(id.x);
+    var found: array<vec4<u32>, 2>;
+    for (var i = run.begin; i < run.end; i++) {
         let particle = order[i];
-        found += select(0u, 1u, touches(rectangles[particle], first, first + BIN) && is_before(particle, limit));
+        let bits = vec4(bins_of(rectangles[particle], particle, &run));
+        found[0] += min(bits & BITS, vec4(1u));
+        found[1] += min((bits >> vec4(4u)) & BITS, vec4(1u));
     }
-    counts[id.x] = found;
+    for (var i = 0u; i < run.bins; i++) {
+        counts[run.counts + i * params.chunks] = found[i / 4u][i % 4u];
+    }
 }
 
 @compute @workgroup_size(64)
 fn write_bins(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= params.bins.x * params.bins.y * params.chunks {
+    if !is_a_run(id.x) {
         return;
     }
-    let bin = id.x / params.chunks;
-    let first = vec2(bin % params.bins.x, bin / params.bins.x) * BIN;
-    let begin = (id.x % params.chunks) * params.chunk;
-    let end = min(begin + params.chunk, lengths[params.length_index]);
-    let limit = limit_of_bin(first / BIN);
-    var slot = bin_offsets[id.x];
-    for (var i = begin; i < end; i++) {
+    var run = bin_run(id.x);
+    var slots: array<u32, BIN_RUN>;
+    for (var i = 0u; i < run.bins; i++) {
+        slots[i] = bin_offsets[run.counts + i * params.chunks];
+    }
+    for (var i = run.begin; i < run.end; i++) {
         let particle = order[i];
-        if touches(rectangles[particle], first, first + BIN) && is_before(particle, limit) {
-            if slot < params.bin_capacity {
-                bin_entries[slot] = particle;
+        var bits = bins_of(rectangles[particle], particle, &run);
+        while bits != 0u {
+            let bin = firstTrailingBit(bits);
+            bits &= bits - 1u;
+            if slots[bin] < params.bin_capacity {
+                bin_entries[slots[bin]] = particle;
             }
-            slot++;
+            slots[bin]++;
         }
     }
 }

@@ -7,7 +7,9 @@ use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
 
 /// Tiles a side of a bin; as in the shader.
 const BIN: u32 = 8;
-/// Least number of sorted particles that one invocation tests against a bin.
+/// Bins that one invocation of the bin passes owns; as in the shader.
+const BIN_RUN: u32 = 8;
+/// Least number of sorted particles that one invocation tests against its bins.
 const CHUNK: u32 = 256;
 /// Most counts of bins and chunks: what the scan does in half the turns that the most narrow-minded driver
 /// allows ([`MOST_TURNS`]), and what workgroups of [`BIN_WORKGROUP`] can be dispatched for.
@@ -52,7 +54,7 @@ pub struct TileLists {
     /// First entry of each (bin, chunk), and the total last.
     pub bin_offsets: wgpu::Buffer,
     size: ListSize,
-    bins: u32,
+    bins: [u32; 2],
     chunks: u32,
     is_limited: bool,
     bin_bindings: wgpu::BindGroup,
@@ -162,7 +164,7 @@ impl TileListPass {
             bin_scan: scan.job(gpu, &bin_counts, &bin_offsets, bin_count * chunks),
             tile_scan: scan.job(gpu, &tile_counts, &tile_offsets, tile_count),
             size,
-            bins: bin_count,
+            bins,
             chunks,
             is_limited: inputs.limits.is_some(),
             tile_offsets,
@@ -179,7 +181,8 @@ impl TileListPass {
     /// Records the making of the lists.
     pub fn encode(&self, pass: &mut wgpu::ComputePass<'_>, scan: &ScanPass, lists: &TileLists) {
         let kernel = self.kernel(lists.is_limited);
-        let bin_groups = (lists.bins * lists.chunks).div_ceil(BIN_WORKGROUP);
+        let runs = lists.bins[0].div_ceil(BIN_RUN) * lists.bins[1];
+        let bin_groups = (runs * lists.chunks).div_ceil(BIN_WORKGROUP);
         let tile_groups = [lists.size.tiles[0].div_ceil(BIN), lists.size.tiles[1].div_ceil(BIN)];
         pass.set_pipeline(kernel.pipeline("count_bins"));
         pass.set_bind_group(0, &lists.bin_bindings, &[]);
@@ -208,7 +211,7 @@ impl TileLists {
 
     /// Index of the word of `bin_offsets` that holds the number of bin entries wanted.
     pub fn bin_total_index(&self) -> u64 {
-        u64::from(self.bins * self.chunks)
+        u64::from(self.bins[0] * self.bins[1] * self.chunks)
     }
 
     /// Index of the word of `tile_offsets` that holds the number of tile entries wanted; [`LENGTHS`] more
