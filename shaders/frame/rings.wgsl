@@ -46,12 +46,22 @@ struct FieldPlace {
 const NOWHERE: f32 = 1e30;
 const NO_COLUMN: u32 = 0xffffffffu;
 
-// Sum of octaves of gradient noise over the horizontal plane and time.
-fn coverage_noise(place: FieldPlace) -> f32 {
+// Largest value of gradient noise (shared/noise.wgsl).
+const MOST_NOISE: f32 = 1.5;
+// What a sum of noise that is not finished has to lack, beyond what octaves can add, to be given up: far more than
+// is rounded in sums of 3 and in `least_noise`.
+const NOISE_MARGIN: f32 = 1e-3;
+// Less than any noise.
+const NO_NOISE: f32 = -1e30;
+
+// Sum of octaves of gradient noise over the horizontal plane and time; or a part of it that is below `least`, where
+// the octaves that are left cannot lift it above that.
+fn coverage_noise(place: FieldPlace, least: f32) -> f32 {
     var sum = 0.0;
     var amplitude = 1.0;
     let octaves = unfolded(clouds.octaves, place.offset.x > NOWHERE);
-    for (var octave = 0u; octave < octaves; octave++) {
+    let last = exp2(1.0 - f32(octaves)); // amplitude
+    for (var octave = 0u; octave < octaves && sum + MOST_NOISE * (2.0 * amplitude - last) > least - NOISE_MARGIN; octave++) {
         let shift = clouds.largest_shift - octave;
         let wavelength = i32(1u << shift);
         let within = vec2<f32>(place.cell & vec2(wavelength - 1)) + place.offset;
@@ -72,6 +82,16 @@ fn coverage_noise(place: FieldPlace) -> f32 {
 fn cloud_height(excess: f32) -> f32 {
     // A dome: it rises from the rim at a finite slope and is rounded on top.
     return clouds.thickness * excess * (2.0 - excess);
+}
+
+// Coverage noise below which nothing grows at an altitude (m above the base) in a ring, where no map says what
+// covers the sky. `height`: factor on the height of clouds.
+fn least_noise(ring: Ring, altitude: f32, height: f32) -> f32 {
+    let grown = altitude - (0.5 - GROWTH_SEEN) * ring.layer_height;
+    let large = LEAST_RADIUS / RIM_RADIUS * clouds.particle_size * ring.cell_size;
+    let share = max(grown, large) / (clouds.thickness * height);
+    let excess = 1.0 - sqrt(max(1.0 - share, 0.0)); // of `cloud_height`
+    return clouds.threshold + excess / clouds.inverse_range;
 }
 
 fn fade(begin_end: vec2<f32>, distance: f32) -> f32 {
@@ -113,13 +133,14 @@ fn candidate(ring_index: u32, ring: Ring, cell_in_ring: vec2<u32>, layer: u32) -
             return result;
         }
     }
-    let noise = coverage_noise(place);
+    let altitude = (f32(layer) + 0.5 + HEIGHT_JITTER * (jitter.y - 0.5)) * ring.layer_height;
+    // A map's coverage has thresholds of its own.
+    let noise = coverage_noise(place, select(least_noise(ring, altitude, weather.height), NO_NOISE, mapped));
     var excess = clamp((noise - clouds.threshold) * clouds.inverse_range, 0.0, 1.0);
     if mapped {
         excess = map_excess(clouds.map, noise, weather.coverage);
     }
     let height = cloud_height(excess) * weather.height;
-    let altitude = (f32(layer) + 0.5 + HEIGHT_JITTER * (jitter.y - 0.5)) * ring.layer_height;
     // Grown up where the cloud reaches half a layer above the centre.
     let growth = clamp((height - altitude) / ring.layer_height + 0.5, 0.0, 1.0);
     if growth <= GROWTH_SEEN {
@@ -186,7 +207,9 @@ fn write(@builtin(global_invocation_id) id: vec3<u32>) {
     let column = column_of(id.x);
     let ring = clouds.ring[column.ring];
     var slot = clouds.first_slot + column_offsets[id.x];
-    for (var layer = 0u; layer < ring.layers; layer++) {
+    // Most columns are clear.
+    let layers = select(ring.layers, 0u, column_offsets[id.x + 1u] == column_offsets[id.x]);
+    for (var layer = 0u; layer < layers; layer++) {
         let made = candidate(column.ring, ring, column.cell, layer);
         if made.alive {
             if slot < clouds.capacity {

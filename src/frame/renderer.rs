@@ -199,7 +199,10 @@ impl Renderer {
     }
 
     /// The same; nothing where the last frame made no lists for it.
-    pub(crate) fn sun_transmittance_if_known(&mut self, points: &[DVec3]) -> Result<Option<Vec<f32>>> {
+    pub(crate) fn sun_transmittance_if_known(
+        &mut self,
+        points: &[DVec3],
+    ) -> Result<Option<Vec<f32>>> {
         self.sun_asked = true;
         if let Some(i) = points.iter().position(|p| !p.is_finite()) {
             let message = format!("expected finite numbers, found {} at {i}", points[i]);

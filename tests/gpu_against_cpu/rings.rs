@@ -87,7 +87,7 @@ pub fn compare(name: &str, field: &PlacedField) {
     // Same particles in the same order. One at the very edge of being left out may be in one list
     // alone: growth, radius and cross-fade all let extinction vanish there.
     let faint = 1e-3 * clouds.extinction;
-    let mut missing = 0;
+    let mut missing = 0_u32;
     let mut own = slots[FIRST_SLOT as usize..found].iter().peekable();
     let mut twins = twins.iter().peekable();
     while let (Some(&a), Some(&b)) = (own.peek(), twins.peek()) {
@@ -105,8 +105,9 @@ pub fn compare(name: &str, field: &PlacedField) {
         }
     }
     assert!(own.chain(twins).all(|p| p.extinction < faint), "{name}: the lists end differently");
-    // The share of particles this close to an edge is the rounding of growth itself.
-    assert!(missing <= 2, "{name}: {missing} particles in one list alone");
+    // The share of particles this close to an edge is the rounding of growth itself, 1e-5 to 3e-4 (see `difference`).
+    let most = (1e-4 * (found - FIRST_SLOT as usize) as f64).max(2.0);
+    assert!(f64::from(missing) <= most, "{name}: {missing} particles of {found} in one list alone");
 }
 
 #[test]
@@ -134,6 +135,28 @@ fn particles_are_those_of_the_twin() {
     ];
     for (name, field, camera, time) in cases {
         compare(name, &PlacedField::new(field, camera, time, &SHAPES, FIRST_SLOT, 1 << 13));
+    }
+}
+
+#[test]
+fn noise_that_is_given_up_would_have_made_nothing() {
+    // The device ends a sum of octaves that cannot reach what grows at an altitude; the twin ends none. Clear, half and
+    // wholly covered skies of flat, plain and tall clouds, with one layer and many.
+    for coverage in [0.1, 0.5, 1.0] {
+        for (thickness, layers) in [(60.0, 1), (60.0, 3), (700.0, 3), (4000.0, 16)] {
+            let feature_size = 500.0 + 3.0 * thickness;
+            let field = CloudField {
+                coverage,
+                thickness,
+                layers,
+                feature_size,
+                cells: 96,
+                ..small_field()
+            };
+            let name = format!("coverage {coverage}, {layers} layers of {thickness} m");
+            let eye = DVec3::new(10.0, 30.0, 5.0);
+            compare(&name, &PlacedField::new(&field, eye, 40.0, &SHAPES, FIRST_SLOT, 1 << 18));
+        }
     }
 }
 

@@ -61,7 +61,8 @@ pub(super) fn view(
         }
         Inside::Light => {
             let (particles, _) = renderer.particles()?;
-            let centre = |p: &Particle| scene.camera.position + DVec3::from_array(p.centre.map(f64::from));
+            let centre =
+                |p: &Particle| scene.camera.position + DVec3::from_array(p.centre.map(f64::from));
             let centres: Vec<_> = particles.iter().map(centre).collect();
             // A frame that sees nothing that sunlight falls on knows nothing of it, and has no discs in view.
             let through = renderer.sun_transmittance_if_known(&centres)?;

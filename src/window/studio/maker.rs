@@ -119,7 +119,8 @@ impl Maker {
         let display = clouds.renderer.display().ok_or_else(nothing_made)?;
         let mut legend = None;
         let image = if let Some(inside) = order.inside {
-            let made = insides::view(inside, &mut clouds.renderer, &self.tables, &self.scene, &order)?;
+            let made =
+                insides::view(inside, &mut clouds.renderer, &self.tables, &self.scene, &order)?;
             legend = Some(made.legend);
             Image::Pixels(order.size, made.pixels)
         } else if self.of_window {
