@@ -10,6 +10,8 @@ mod picture;
 
 pub use picture::{OpaquePicture, Surface};
 
+use std::borrow::Cow;
+
 use bytemuck::{Pod, Zeroable};
 
 use super::gpu_data::gpu_struct;
@@ -92,7 +94,8 @@ impl DepthKind {
 /// frame is made: that submits its own work and waits for it. The scene's ground, if it has one, hides what lies below it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Opaque {
-    /// Depth, in the first channel; of a format with floats, 16- or 32-bit, or a depth format without stencil.
+    /// Depth, in the first channel; of a format with floats, 16- or 32-bit, or a depth format, of which a stencil is not
+    /// read, whichever aspects the view has.
     pub depth: wgpu::TextureView,
     /// What its texels are.
     pub kind: DepthKind,
@@ -106,6 +109,17 @@ pub struct Opaque {
 }
 
 impl Opaque {
+    /// A view of the depth that may be bound.
+    fn depth_view(&self) -> Cow<'_, wgpu::TextureView> {
+        let texture = self.depth.texture();
+        if !texture.format().is_combined_depth_stencil_format() {
+            return Cow::Borrowed(&self.depth);
+        }
+        let aspect = wgpu::TextureAspect::DepthOnly;
+        let only_depth = wgpu::TextureViewDescriptor { aspect, ..Default::default() };
+        Cow::Owned(texture.create_view(&only_depth))
+    }
+
     /// Checks the textures against the picture's size.
     pub fn check(&self, size: [u32; 2]) -> Result<()> {
         self.kind.check()?;
@@ -130,7 +144,10 @@ impl Opaque {
                 );
                 return Err(Error::input(name, message));
             }
-            let kind = texture.format().sample_type(None, None);
+            let aspect = (name == "opaque.depth").then_some(wgpu::TextureAspect::DepthOnly);
+            let format = texture.format();
+            let aspect = aspect.filter(|_| format.is_combined_depth_stencil_format());
+            let kind = format.sample_type(aspect, None);
             let is_read = matches!(
                 kind,
                 Some(wgpu::TextureSampleType::Float { .. } | wgpu::TextureSampleType::Depth)
@@ -205,12 +222,13 @@ impl OpaquePass {
     ) {
         gpu.queue.write_buffer(&job.uniforms, 0, bytemuck::bytes_of(&opaque.kind.uniforms()));
         let texture = wgpu::BindingResource::TextureView;
+        let depth = opaque.depth_view();
         let bindings = self.kernel.bind(
             gpu,
             &[
                 frame.as_entire_binding(),
                 job.uniforms.as_entire_binding(),
-                texture(&opaque.depth),
+                texture(&depth),
                 texture(&job.distances),
                 texture(&job.limits[0]),
                 texture(&job.limits[1]),
