@@ -8,9 +8,9 @@
 // from the deep shadow maps (shadow.wgsl), at the ends of pairs of bins, and is linear between them. The light
 // field is looked up where a pair's light comes from.
 //
-// OCTAVES and ALONE are for comparison (`Lighting` in src/frame/settings.rs): without the light field, over the unscaled
-// medium. OCTAVES: all light by octaves (octaves.wgsl), with the same depths to the sun. ALONE: each particle sends what
-// its own table tells, by the sunlight that the others leave at its centre, and skylight as if there were no others.
+// OCTAVES and ALONE are for comparison (`Lighting` in src/frame/settings.rs): without the light field. OCTAVES: all light by
+// octaves (octaves.wgsl), with the same depths to the sun. ALONE: over the unscaled medium, each particle sends what its
+// own table tells, by the sunlight that the others leave at its centre, and skylight as if there were no others.
 //
 // Rays end at the ground and at what is opaque. Where one pixel of every block is shaded, so are those others that lie
 // beside an edge of what is opaque: reuse.wgsl has nothing to take them from.

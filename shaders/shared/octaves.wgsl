@@ -2,7 +2,8 @@
 // Volumetric", SIGGRAPH 2013 Talks): octave i is scattered light of order 1 with extinction on the way to the sun,
 // scattering and mean cosine each times OCTAVE^i. Twin: src/frame/cpu/octaves.rs.
 //
-// - Octave 0 is order 1 with the whole phase function; the others' is that of Henyey and Greenstein.
+// - The medium is delta-M scaled: octave 0 is order 1 with the whole phase function, the others' is that of Henyey and
+//   Greenstein with the mean cosine of what the scaling leaves.
 // - Sky and ground light are attenuated by the same sum, over what it is without matter, so that light from all sides
 //   stays as bright in thin clouds: the mean of that along the two directions whose depths are known, sun and eye.
 #define_import_path cumuli::octaves
@@ -33,7 +34,7 @@ fn henyey_greenstein(cosine: f32, mean_cosines: vec4<f32>) -> vec4<f32> {
     return (1.0 - g * g) * base * base * base / FOUR_PI;
 }
 
-// Of the whole phase function's mean cosine, where order 1 in undimmed sunlight is `first`.
+// `first`: order 1 in undimmed sunlight; `mean_cosine`: of the scaled phase function.
 fn octave_sources(first: f32, cosine: f32, mean_cosine: f32, albedo: f32) -> Octaves {
     let low = albedo * LOW_SHARES * henyey_greenstein(cosine, mean_cosine * LOW_SHARES);
     let high = albedo * HIGH_SHARES * henyey_greenstein(cosine, mean_cosine * HIGH_SHARES);

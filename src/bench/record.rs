@@ -338,6 +338,9 @@ pub struct Lit {
     pub error: PictureError,
     /// relMSE without the reference's noise.
     pub rel_mse_without_noise: f64,
+    /// LDR FLIP of the picture against itself with noise of the reference's standard errors: a picture without error would
+    /// have as much.
+    pub flip_of_noise: f64,
     /// Wall time of a frame that takes nothing over from others, ms.
     pub wall_ms: Spread,
     /// Processor time of the same, ms.
@@ -363,6 +366,8 @@ pub struct LightCost {
     pub share: f64,
     /// The same in a frame made alone, which solves for the whole grid.
     pub share_alone: f64,
+    /// Times of these frames over those of frames lit by octaves, in turn.
+    pub over_octaves: Vec<Ratio>,
 }
 
 /// A ratio of two run times with its noise.

@@ -89,12 +89,12 @@ pub enum Lighting {
     /// Solved for on the light grid; what all presets take.
     #[default]
     Grid,
-    /// Octaves of attenuated sunlight and skylight (Wrenninge, Kulla and Lundqvist, SIGGRAPH 2013 Talks), to compare
-    /// with: no light grid, and no light that clouds change in the air.
+    /// Octaves of attenuated sunlight and skylight (Wrenninge, Kulla and Lundqvist, SIGGRAPH 2013 Talks) in the delta-M
+    /// scaled medium, to compare with: no light grid, and no light that clouds change in the air.
     Octaves,
     /// Each particle as if it were alone, by its own scattering table, in the sunlight that the others leave at its centre
-    /// and in skylight as if there were no others (Yusov, High Performance Graphics 2014), to compare with: without the
-    /// same.
+    /// and in skylight as if there were no others (Yusov, High Performance Graphics 2014), to compare with: the medium is
+    /// not scaled, and without the same.
     Alone,
 }
 
@@ -133,8 +133,8 @@ impl Lighting {
     /// What of the phase function is scaled out of the medium.
     pub fn truncation(self, phase: &Phase) -> Truncation {
         match self {
-            Self::Grid => Truncation::new(phase),
-            Self::Octaves | Self::Alone => Truncation::none(phase),
+            Self::Grid | Self::Octaves => Truncation::new(phase),
+            Self::Alone => Truncation::none(phase),
         }
     }
 }

@@ -57,7 +57,7 @@ fn blend_does_what_its_twin_does() {
     }
 }
 
-/// The same of what takes the light grid's place, whose particles are not scaled.
+/// The same of what takes the light grid's place.
 #[test]
 fn blend_without_a_grid_does_what_its_twin_does() {
     let _turn = alone();
@@ -68,7 +68,10 @@ fn blend_without_a_grid_does_what_its_twin_does() {
         let mut means = Vec::new();
         for (name, recipe) in cases() {
             let cloud = cloud(&recipe, 7);
-            let frame = FrameUniforms { delta_scale: 1.0, ..frame(cloud.altitude) };
+            let frame = frame(cloud.altitude);
+            // A particle alone is that of its table: nothing is scaled.
+            let delta_scale = if lighting == Lighting::Alone { 1.0 } else { frame.delta_scale };
+            let frame = FrameUniforms { delta_scale, ..frame };
             let twin = by_pixel(&frame, &cloud, lighting, |pixel| compose(pixel, steps, 0.0));
             let off = errors(&device.blend(0, &frame, &cloud), &twin);
             println!("{name}, {lighting}, against the twin: {off:?}");

@@ -2,11 +2,13 @@
 //! steps then, a few a frame.
 
 use crate::bench::cases::{CUMULUS, Case, Motion, built_in};
+use crate::bench::compare::of_times;
 use crate::bench::record::LightCost;
 use crate::bench::run::{Flight, Subject, fly};
 use crate::bench::session::{Listener, Order};
+use crate::bench::statistics::Draw;
 use crate::bench::variants::Variant;
-use crate::frame::{Pass, PassTime, Preset, RenderSettings};
+use crate::frame::{Lighting, Pass, PassTime, Preset, Quality, RenderSettings};
 use crate::gpu::Gpu;
 use crate::tables::TableSet;
 use crate::{Error, Result};
@@ -33,15 +35,23 @@ pub fn cost(
 ) -> Result<LightCost> {
     let scene = built_in("cumulus", CUMULUS)?;
     let preset = order.presets.first().copied().unwrap_or(Preset::High);
-    let quality = Some(Variant::preset(preset, &order.set).quality);
+    let quality = Variant::preset(preset, &order.set).quality;
     let case = Case { name: "cumulus".to_owned(), scene, motion: Motion::Animated };
     // The first frame solves for a draft of all of the grid.
     let flight = Flight { size, warmup: 2, frames };
     listener.begin(2 * u64::from(flight.warmup + frames), "frames for the cost of light");
-    let settings = RenderSettings { preset, quality, live: true, ..Default::default() };
-    let mut subjects = [Subject::new(gpu, tables, &case.scene, &settings, preset.name())?];
-    let mut runs = fly(&[&case], &mut subjects, &flight, &mut || listener.step())?;
-    let run = runs.pop().ok_or_else(|| Error::Failed("no frame was made".to_owned()))?;
+    let streamed = |lighting: Lighting| {
+        let quality = Some(Quality { lighting, ..quality });
+        let settings = RenderSettings { preset, quality, live: true, ..Default::default() };
+        Subject::new(gpu, tables, &case.scene, &settings, preset.name())
+    };
+    let mut subjects = [streamed(Lighting::Grid)?, streamed(Lighting::Octaves)?];
+    let runs = fly(&[&case, &case], &mut subjects, &flight, &mut || listener.step())?;
+    let [run, octaves] = &runs[..] else {
+        return Err(Error::Failed("a pair of other than two".to_owned()));
+    };
+    let mut over_octaves = of_times("grid over octaves", octaves, run, Draw::InPairs);
+    over_octaves.retain(|ratio| ["wall", "cpu"].contains(&ratio.what.as_str()));
     let passes = || run.frames.iter().flat_map(|frame| &frame.passes);
     let a_frame = |of: &dyn Fn(&str) -> bool| sum(passes(), of) / f64::from(frames.max(1));
     let frame_ms = a_frame(&|_| true);
@@ -64,5 +74,6 @@ pub fn cost(
         frame_ms,
         share: a_frame(&is_light) / frame_ms,
         share_alone: sum(&alone, is_light) / sum(&alone, |_| true),
+        over_octaves,
     })
 }

@@ -10,17 +10,17 @@ mod traced;
 use std::path::PathBuf;
 
 use super::cases::{Case, Motion};
-use super::errors::{OPACITY_OF_MODEL, error, of_film};
+use super::errors::{OPACITY_OF_MODEL, error, measured, of_film};
 use super::record::{Clumps, Lit, LitCase, Spread};
 use super::run::{Subject, timed};
 use super::session::{Listener, Order};
 use super::statistics::{Draw, ratio};
 use super::variants::Variant;
 use crate::compare::{Differences, Measured, compare};
-use crate::frame::{Lighting, Preset, Quality, RenderSettings};
+use crate::frame::{Lighting, Picture, Preset, Quality, RenderSettings};
 use crate::gpu::Gpu;
 use crate::output::write_picture;
-use crate::reference::picture;
+use crate::reference::{Random, picture};
 use crate::scene::{Medium, Scene};
 use crate::tables::TableSet;
 use crate::{Error, Result};
@@ -100,6 +100,8 @@ impl Order {
                 Some(file) => Measured::read(file)?,
                 None => {
                     let film = traced.film(&case.name, &case.scene, self.flight.size, listener)?;
+                    let file = order.folder.join(format!("{}-reference.exr", case.name));
+                    film.layers().write(&file, false)?;
                     let shown = picture(&case.scene, film.size, film.radiance());
                     write_picture(
                         &order.folder.join(format!("{}-reference.png", case.name)),
@@ -163,9 +165,15 @@ impl Order {
         for (lighting, subject) in subjects.iter_mut() {
             subject.renderer.forget();
             let shown = subject.renderer.render(scene, 0.0, size)?;
-            let file = format!("{}-{preset}-{lighting}.png", case.name);
-            write_picture(&order.folder.join(file), &shown)?;
-            errors.extend(error(&shown, reference, OPACITY_OF_MODEL, scene.exposure)?);
+            for format in ["png", "exr"] {
+                let file = format!("{}-{preset}-{lighting}.{format}", case.name);
+                write_picture(&order.folder.join(file), &shown)?;
+            }
+            if let Some(found) = error(&shown, reference, OPACITY_OF_MODEL, scene.exposure)? {
+                let noisy = with_noise(&shown, reference);
+                let of_noise = error(&shown, &noisy, OPACITY_OF_MODEL, scene.exposure)?;
+                errors.push((found, of_noise.map_or(0.0, |e| e.flip)));
+            }
         }
         listener.step();
         if errors.len() < subjects.len() {
@@ -183,12 +191,15 @@ impl Order {
             listener.step();
         }
         let mut lit = Vec::new();
-        for (((lighting, _), error), [wall, cpu]) in subjects.iter().zip(errors).zip(&times) {
+        for (((lighting, _), (error, flip_of_noise)), [wall, cpu]) in
+            subjects.iter().zip(errors).zip(&times)
+        {
             let none = || Error::Failed("no frame was timed".to_owned());
             lit.push(Lit {
                 lighting: *lighting,
                 error,
                 rel_mse_without_noise: error.without_noise(),
+                flip_of_noise,
                 wall_ms: Spread::of(wall).ok_or_else(none)?,
                 cpu_ms: Spread::of(cpu).ok_or_else(none)?,
             });
@@ -221,6 +232,19 @@ impl Order {
             lit,
         }))
     }
+}
+
+/// A picture with noise as large as a reference's standard errors, and the same opacity.
+fn with_noise(shown: &Picture, reference: &Measured) -> Measured {
+    let mut noisy = measured("noise", shown.size, &shown.radiance);
+    noisy.opacity.clone_from(&reference.opacity);
+    let mut random = Random::new(0, 0, 0);
+    for (light, error) in noisy.light.iter_mut().zip(reference.standard_error.iter().flatten()) {
+        // Box and Muller; a path's colours vary together.
+        let far = (2.0 * random.exponential()).sqrt();
+        *light += far * (std::f64::consts::TAU * random.unit()).cos() * *error;
+    }
+    noisy
 }
 
 /// Relative standard error of half of the pixels with clouds at most; none where it is not known.

@@ -43,7 +43,7 @@ impl LitCase {
 }
 
 /// One line of cells for each case; the frame's figures that miss their targets carry a star.
-fn rows(clumps: &Clumps) -> Vec<[String; 13]> {
+fn rows(clumps: &Clumps) -> Vec<[String; 14]> {
     let row = |case: &LitCase| {
         let star = |text: String, missed: bool| if missed { format!("{text} *") } else { text };
         let [bias, rel_mse, flip, ratio] = case.missed();
@@ -63,12 +63,14 @@ fn rows(clumps: &Clumps) -> Vec<[String; 13]> {
             .join(" / ");
         let name = format!("{} {}", case.case, case.preset);
         let own_noise = of(Lighting::Grid, &|l| format!("{:.4}", l.error.rel_mse_of_noise));
+        let flip_of_noise = of(Lighting::Grid, &|l| format!("{:.3}", l.flip_of_noise));
         [
             name,
             star(grid[0].clone(), bias),
             star(grid[1].clone(), rel_mse),
             own_noise,
             star(grid[2].clone(), flip),
+            flip_of_noise,
             octaves[0].clone(),
             octaves[1].clone(),
             octaves[2].clone(),
@@ -82,12 +84,13 @@ fn rows(clumps: &Clumps) -> Vec<[String; 13]> {
     clumps.cases.iter().map(row).collect()
 }
 
-const HEAD: [&str; 13] = [
+const HEAD: [&str; 14] = [
     "case",
     "bias",
     "relMSE",
     "of noise",
     "FLIP",
+    "of noise",
     "octaves: bias",
     "relMSE",
     "FLIP",
@@ -102,7 +105,7 @@ const HEAD: [&str; 13] = [
 pub fn lines(clumps: &Clumps) -> Vec<String> {
     let all: Vec<_> = std::iter::once(HEAD.map(str::to_owned)).chain(rows(clumps)).collect();
     let width = |column: usize| all.iter().map(|row| row[column].chars().count()).max();
-    let line = |row: &[String; 13]| {
+    let line = |row: &[String; 14]| {
         let cell = |(i, cell): (usize, &String)| {
             let width = width(i).unwrap_or(0);
             if i == 0 { format!("{cell:width$}") } else { format!("{cell:>width$}") }
@@ -133,9 +136,17 @@ fn told(clumps: &Clumps) -> String {
 fn cost(cost: &LightCost) -> String {
     let passes: Vec<_> =
         cost.passes_ms.iter().map(|(name, ms)| format!("{name} {ms:.0}")).collect();
+    let octaves = cost.over_octaves.iter().find(|ratio| ratio.what == "cpu");
+    let octaves = octaves.map_or_else(
+        || "an unknown multiple".to_owned(),
+        |r| {
+            let [least, most] = r.interval;
+            format!("{:.2} times the processor time ({least:.2} to {most:.2})", r.ratio)
+        },
+    );
     format!(
         "Light takes {:.2} of a frame that follows others ({}, {} ms of {:.0}; {}, preset {}, {}x{}, {} frames), and {:.2} of \
-         one made alone",
+         one made alone; frames that follow others take {octaves} of those by octaves",
         cost.share,
         passes.join(", "),
         passes_sum(cost),
@@ -157,7 +168,7 @@ fn passes_sum(cost: &LightCost) -> String {
 pub fn markdown(bench: &Bench, clumps: &Clumps) -> String {
     let [width, height] = bench.settings.size;
     let machine = &bench.machine;
-    let row = |cells: &[String; 13]| format!("| {} |", cells.join(" | "));
+    let row = |cells: &[String; 14]| format!("| {} |", cells.join(" | "));
     let mut lines = vec![
         format!(
             "Clumps at {width}x{height}, scenes at their references' size, seed {}; {} threads of {}, {} ({}), commit {}:",
@@ -182,7 +193,7 @@ pub fn markdown(bench: &Bench, clumps: &Clumps) -> String {
 /// `clumps.csv`: a line for each case and lighting.
 pub fn csv(clumps: &Clumps) -> String {
     let mut text = "case,preset,width,height,reference,lighting,bias,rel_mse,rel_mse_of_noise,\
-        rel_mse_without_noise,flip,pixels,wall_ms,cpu_ms\n"
+        rel_mse_without_noise,flip,flip_of_noise,pixels,wall_ms,cpu_ms\n"
         .to_owned();
     for case in &clumps.cases {
         for lit in &case.lit {
@@ -199,6 +210,7 @@ pub fn csv(clumps: &Clumps) -> String {
                 error.rel_mse_of_noise.to_string(),
                 lit.rel_mse_without_noise.to_string(),
                 error.flip.to_string(),
+                lit.flip_of_noise.to_string(),
                 error.pixels.to_string(),
                 lit.wall_ms.median.to_string(),
                 lit.cpu_ms.median.to_string(),
@@ -213,7 +225,7 @@ pub fn csv(clumps: &Clumps) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::record::{PictureError, Spread};
+    use crate::bench::record::{PictureError, Ratio, Spread};
 
     fn clumps() -> Clumps {
         let spread = Spread { median: 2.0, p95: 2.0, p99: 2.0, min: 2.0, max: 2.0, spread: 0.0 };
@@ -221,6 +233,7 @@ mod tests {
             lighting,
             error: PictureError { bias, rel_mse, rel_mse_of_noise: 0.001, flip: 0.03, pixels: 9 },
             rel_mse_without_noise: rel_mse - 0.001,
+            flip_of_noise: 0.01,
             wall_ms: spread,
             cpu_ms: spread,
         };
@@ -247,6 +260,14 @@ mod tests {
             frame_ms: 100.0,
             share: 0.25,
             share_alone: 0.6,
+            over_octaves: vec![Ratio {
+                case: "grid over octaves".to_owned(),
+                what: "cpu".to_owned(),
+                old_ms: 80.0,
+                new_ms: 100.0,
+                ratio: 1.25,
+                interval: [1.2, 1.3],
+            }],
         };
         let cases = vec![case("clump-5-back-inside"), case("clump-5-back-outside")];
         Clumps { seed: 3, cases, cost: Some(cost) }
@@ -264,6 +285,7 @@ mod tests {
         assert!(lines[2].contains("0.0070 *") && lines[2].contains("42.7"), "{}", lines[2]);
         assert!(lines[3].contains("bias of 0.03: 2; relMSE of 0.005, inside 0.01: 1; FLIP"));
         assert!(lines[4].starts_with("Light takes 0.25 of a frame"), "{}", lines[4]);
+        assert!(lines[4].contains("1.25 times the processor time (1.20 to 1.30)"), "{}", lines[4]);
     }
 
     #[test]
@@ -271,7 +293,7 @@ mod tests {
         let text = csv(&clumps());
         let lines: Vec<_> = text.lines().collect();
         assert_eq!(lines.len(), 7);
-        assert!(lines[0].starts_with("case,preset,width") && lines[0].split(',').count() == 14);
+        assert!(lines[0].starts_with("case,preset,width") && lines[0].split(',').count() == 15);
         assert!(lines[3].starts_with(
             "clump-5-back-inside,high,8,4,\"a \"\"file\"\", of paths\",alone,-0.5,0.3,"
         ));
@@ -283,6 +305,6 @@ mod tests {
         let text = markdown(&bench, &clumps());
         let rows: Vec<_> = text.lines().filter(|line| line.starts_with('|')).collect();
         assert_eq!(rows.len(), 4, "{text}");
-        assert!(rows.iter().all(|row| row.matches('|').count() == 14), "{text}");
+        assert!(rows.iter().all(|row| row.matches('|').count() == 15), "{text}");
     }
 }
