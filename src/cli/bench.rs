@@ -137,6 +137,10 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     }
     check_folder(&args.out)?;
     let readme = args.readme.as_deref().map(|path| read(path, "a text")).transpose()?;
+    // Before anything is measured.
+    if let (Some(path), Some(text)) = (&args.readme, &readme) {
+        readme::around(text, &path.display().to_string(), args.clumps)?;
+    }
     let mut order = order(args)?;
     let tables = engine::tables_of(args.tables.as_deref())?;
     let tables = tables_for(&order.scenes, tables, &StageBar::new())?;
@@ -150,7 +154,6 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     let bench = order.run(&gpu, &tables, &mut bar);
     bar.end();
     let bench = bench?;
-    // What is wrong with the README is known before anything is written.
     let refreshed = match (&args.readme, readme) {
         (Some(path), Some(text)) => {
             Some((path, readme::refreshed(&text, &path.display().to_string(), &bench)?))

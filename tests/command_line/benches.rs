@@ -254,6 +254,7 @@ fn clumps_are_lit_in_turn_and_their_references_kept() {
         // Whole frames, made alone, take longer than without a grid; by how much no clock is asked.
         assert_eq!(case["times"].as_array().expect("ratios").len(), 4, "{case}");
         let name = case["case"].as_str().expect("a name");
+        assert!(!place.read(&format!("c/{name}.toml")).is_empty());
         for of in ["reference.png", "reference.exr", "low-grid.png", "low-alone.png"] {
             assert!(!place.read(&format!("c/{name}-{of}")).is_empty());
         }
@@ -371,10 +372,8 @@ fn what_cannot_be_measured_is_refused() {
         ("bench --readme none.md", ["none.md", "cannot be read"]),
         ("bench --more-tables small.toml", ["small.toml", "table"]),
         ("bench --clumps --only nowhere", ["--only", "no case"]),
-        (
-            "bench --clumps --readme small.toml --only clump-5-front-inside --size 2x2 --spp 1 --frames 1",
-            ["small.toml", "clumps"],
-        ),
+        ("bench --readme small.toml", ["small.toml", "presets"]),
+        ("bench --clumps --readme small.toml", ["small.toml", "clumps"]),
     ] {
         assert_sentence(&place.refuses(arguments), &parts);
     }

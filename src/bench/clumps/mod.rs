@@ -19,7 +19,7 @@ use super::variants::Variant;
 use crate::compare::{Differences, Measured, compare};
 use crate::frame::{Lighting, Picture, Preset, Quality, RenderSettings};
 use crate::gpu::Gpu;
-use crate::output::write_picture;
+use crate::output::{write_atomically, write_picture};
 use crate::reference::{Random, picture};
 use crate::scene::{Medium, Scene};
 use crate::tables::TableSet;
@@ -99,6 +99,9 @@ impl Order {
             let reference = match &case.kept {
                 Some(file) => Measured::read(file)?,
                 None => {
+                    let text = case.scene.to_toml()?;
+                    let file = order.folder.join(format!("{}.toml", case.name));
+                    write_atomically(&file, |out| out.write_all(text.as_bytes()))?;
                     let film = traced.film(&case.name, &case.scene, self.flight.size, listener)?;
                     let file = order.folder.join(format!("{}-reference.exr", case.name));
                     film.layers().write(&file, false)?;

@@ -238,7 +238,7 @@ impl RayLight<'_> {
         let pair =
             [first, first + 2].map(|b| (self.sun_depth)((begin + step * b as f64) * self.dir));
         let middle = 0.5 * (pair[0] + pair[1]);
-        if bin % 2 == 0 { [pair[0], middle] } else { [middle, pair[1]] }
+        if bin.is_multiple_of(2) { [pair[0], middle] } else { [middle, pair[1]] }
     }
 }
 
