@@ -8,22 +8,33 @@
 // from the deep shadow maps (shadow.wgsl), at the ends of pairs of bins, and is linear between them. The light
 // field is looked up where a pair's light comes from.
 //
+// OCTAVES and ALONE are for comparison (`Lighting` in src/frame/settings.rs): without the light field. OCTAVES: all light by
+// octaves (octaves.wgsl), with the same depths to the sun. ALONE: over the unscaled medium, each particle sends what its
+// own table tells, by the sunlight that the others leave at its centre, and skylight as if there were no others.
+//
 // Rays end at the ground and at what is opaque. Where one pixel of every block is shaded, so are those others that lie
 // beside an edge of what is opaque: reuse.wgsl has nothing to take them from.
 //
 // Workgroup contract: one workgroup owns 8x8 blocks of pixels of one tile, one invocation one pixel of a block; it
 // reads the tile's list and writes its texels. The count of table look-ups is a sum.
 #import cumuli::gpu_data::{FrameUniforms, Particle, ParticleLight, block_pixel}
-#import cumuli::light_field::{halo_factor, halo_row, scattered_light}
-#import cumuli::lighting::{mean_sunlight, own_share}
 #import cumuli::numerics::{mean_scatter_fraction, mean_transmittance, opacity, unfolded}
 #import cumuli::opaque_distance::{beside_edge, opaque_distance}
 #import cumuli::optical_depth::{March, copy_for, densities, march_from, pixels_per_radian}
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::quaternion::rotate
-#import cumuli::scattering::scattering_source
 #import cumuli::sky::ground_distance
+#ifdef OCTAVES
+#import cumuli::octaves::{octave_sources, octave_sunlight, octave_transmittance}
 #import cumuli::sun_depth::sun_depth
+#else ifdef ALONE
+#import cumuli::scattering::scattering_source
+#else
+#import cumuli::light_field::{halo_factor, halo_row, scattered_light}
+#import cumuli::lighting::{mean_sunlight, own_share}
+#import cumuli::scattering::scattering_source
+#import cumuli::sun_depth::sun_depth
+#endif
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
 @group(0) @binding(1) var<uniform> phase: PhaseParams;
@@ -101,21 +112,16 @@ fn densities_at(march: March, places: vec4<f32>, wanted: vec4<bool>) -> vec4<f32
     return found;
 }
 
+#ifndef ALONE
 fn depth_at(point: vec3<f32>) -> f32 {
 #ifdef RECORD
     put(slot_of(1u, 4u), 0u, vec4(point, 0.0));
 #endif
     return sun_depth(point);
 }
-
-fn field_at(place: vec3<f32>) -> vec4<f32> {
-    let found = scattered_light(place);
-#ifdef RECORD
-    put(slot_of(2u, 4u), 0u, vec4(place, found.x + found.y + found.z));
 #endif
-    return found;
-}
 
+#ifndef OCTAVES
 fn source_at(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_radius: f32) -> vec2<f32> {
     let found = scattering_source(entry, dir, sun, optical_radius).xy;
 #ifdef RECORD
@@ -125,6 +131,19 @@ fn source_at(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_radius: f
 #endif
     return found;
 }
+#endif
+
+#ifdef OCTAVES
+#else ifdef ALONE
+#else
+fn field_at(place: vec3<f32>) -> vec4<f32> {
+    let found = scattered_light(place);
+#ifdef RECORD
+    put(slot_of(2u, 4u), 0u, vec4(place, found.x + found.y + found.z));
+#endif
+    return found;
+}
+#endif
 
 #ifdef LISTED
 // Workgroups in a row of the dispatch, as in blend_areas.wgsl; which area of 8x8 blocks each owns is told behind the counts.
@@ -169,7 +188,12 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
         let phase_once = phase_between(phase, dir, sun);
         // Source of order 1 in undimmed sunlight, without halo.
         let phase_first = frame.albedo / frame.delta_scale * phase_once;
+#ifdef OCTAVES
+        let octaves = octave_sources(phase_first, dot(dir, sun), frame.mean_cosine, frame.albedo);
+#else ifdef ALONE
+#else
         let sun_row = halo_row(dir, sun);
+#endif
         let pixels = pixels_per_radian(frame.size.x, length(frame.right.xyz), dot(dir, frame.forward.xyz));
         var far = opaque_distance(pixel);
         if unfolded(frame.has_ground, dir.y > FAR) != 0u {
@@ -273,6 +297,9 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
                     lookups += u32(min(ceil(last), BINS) - floor(first));
                 }
                 let below = lights[index].ambient_below;
+#ifdef OCTAVES
+                let alone = 0.0;
+#else
                 let alone = below.w;
                 if alone > 0.0 {
                     let scattered = source_at((span.near * dir - centre) / radius, dir, sun, optical_radius / frame.delta_scale);
@@ -281,6 +308,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
                     own_high += own * high_tau;
                     lookups += 2u;
                 }
+#endif
                 tau_low += low_tau;
                 tau_high += high_tau;
                 let all = low_tau + high_tau;
@@ -294,14 +322,20 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
             }
             cut = cut || !(added || entry >= end);
             if matter_sum > 0.0 {
-                var seen = vec4(0.0);
+#ifndef ALONE
                 var front = depth_at(begin * dir);
                 var pair_back = front;
                 let last_back = depth_at(stop * dir);
+#endif
+#ifdef OCTAVES
+#else ifdef ALONE
+#else
+                var seen = vec4(0.0);
                 // Where the block's light comes from, on the way to the sun and to the eye.
                 let deep = mean_scatter_fraction(matter_sum);
                 let path = frame.halo_share * (mix(front, last_back, deep) + deep * matter_sum - log(max(transmittance, DARK)));
                 let once = phase_first * halo_factor(sun_row, path);
+#endif
                 var sunlight = 0.0;
                 var above = 0.0;
                 var below = 0.0;
@@ -309,12 +343,14 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
                     let high = bin >= 4u;
                     let i = bin & 3u;
                     let tau = select(tau_low[i], tau_high[i], high);
+#ifndef ALONE
                     if (bin & 1u) == 0u {
                         let ahead = (begin + f32(bin + 2u) * step) * dir;
                         pair_back = last_back;
                         if bin + 2u < u32(BINS) {
                             pair_back = depth_at(ahead);
                         }
+#ifndef OCTAVES
                         // Two bins see the light field where their light comes from: exact for light that
                         // changes evenly along the ray, however dense they are.
                         let next_tau = select(tau_low[i + 1u], tau_high[i + 1u], high);
@@ -324,23 +360,41 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
                             let within = (near_light * mean_scatter_fraction(tau) + far_light * (1.0 + mean_scatter_fraction(next_tau))) / (near_light + far_light);
                             seen = field_at((begin + (f32(bin) + within) * step) * dir - frame.grid_shift.xyz);
                         }
+#endif
                     }
                     let back = select(pair_back, 0.5 * (front + pair_back), (bin & 1u) == 0u);
+#endif
                     if tau > 0.0 {
                         let mean = mean_transmittance(tau);
-                        let lit = once * select(crowded_low[i], crowded_high[i], high) * mean_sunlight(front, back, tau);
                         let within = mean_scatter_fraction(tau);
                         let weight = transmittance * mean;
+#ifdef OCTAVES
+                        // Light from all sides, on the way from the sun's side and from the eye's.
+                        let from_sun = octave_transmittance(mix(front, back, within));
+                        let from_eye = octave_transmittance(within * tau - log(max(transmittance, DARK)));
+                        let around = weight * tau * frame.albedo * 0.25 * (from_sun + from_eye);
+                        sunlight += weight * tau * octave_sunlight(octaves, front, back, tau);
+                        above += around;
+                        below += around;
+#else ifdef ALONE
+                        sunlight += weight * select(own_low[i], own_high[i], high);
+                        above += 0.5 * weight * tau * frame.albedo;
+                        below += 0.5 * weight * tau * frame.albedo;
+#else
+                        let lit = once * select(crowded_low[i], crowded_high[i], high) * mean_sunlight(front, back, tau);
                         let own = select(own_low[i], own_high[i], high) * own_share(since_gap, tau, frame.delta_scale);
                         sunlight += weight * (lit + seen.x * select(crowded_low[i], crowded_high[i], high) + own);
                         above += weight * tau * seen.y;
                         below += weight * tau * max(seen.z - seen.y, 0.0);
+#endif
                         // Not its middle: a dense bin is seen at its near end.
                         distance_sum += weight * tau * (begin + (f32(bin) + within) * step);
                         transmittance *= exp(-tau);
                         since_gap += tau;
                     }
+#ifndef ALONE
                     front = back;
+#endif
                 }
                 radiance += (sunlight * sun_sum + above * above_sum + below * below_sum) / matter_sum;
                 if transmittance <= frame.transmittance_stop {

@@ -49,8 +49,8 @@ struct FrameUniforms {
     phase: u32,                // which pixel of its block the blend shades; all where there is no such pixel
     in_place: u32,             // 1: the blend writes to the pixels, 0: to the blocks, layers of them beside each other
     has_air_shadow: u32,       // 1: it is known what sunlight clouds take from the air
+    mean_cosine: f32,          // of the phase function without the peak that delta_scale takes out
     padding_b: u32,
-    padding_c: u32,
 }
 
 // Place of a pixel in its block: no two in a row are neighbours in a row.

@@ -44,7 +44,12 @@ const LEAST_GAP: f32 = 7.6e-6;
 // Depth beyond which there is no sun: least transmittance of f32 is not reached.
 const DARKEST: f32 = 80.0;
 // Depth of a texel beyond which it counts as no deeper, so that a neighbour in full light keeps some.
+#ifdef OCTAVES
+// Octaves see light through more.
+const MOST_DEPTH: f32 = DARKEST;
+#else
 const MOST_DEPTH: f32 = 20.0;
+#endif
 // Texels at the border of a map that the next one shows.
 const BORDER: f32 = 1.5;
 

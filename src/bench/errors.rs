@@ -6,7 +6,7 @@ use super::record::PictureError;
 use crate::Result;
 use crate::compare::{Differences, Kind, Measured, compare};
 use crate::frame::Picture;
-use crate::reference::{ExactPixel, Window};
+use crate::reference::{ExactPixel, Film, Window};
 
 /// Pixels count from this opacity on where the reference is path traced: thin veils are mostly its
 /// noise.
@@ -25,6 +25,19 @@ pub fn measured(name: &str, size: [u32; 2], radiance: &[[f32; 4]]) -> Measured {
         standard_error: None,
         opacity: Some(radiance.iter().map(|p| p[3].into()).collect()),
     }
+}
+
+/// A path-traced picture, with its standard errors where there is more than one path.
+pub fn of_film(film: &Film) -> Measured {
+    let mut picture = measured("reference", film.size, &film.radiance());
+    if film.samples > 1 {
+        let errors = (0..film.pixels.len()).map(|i| {
+            let [r, g, b, _] = film.estimates(i).map(|e| e.standard_error);
+            DVec3::new(r, g, b)
+        });
+        picture.standard_error = Some(errors.collect());
+    }
+    picture
 }
 
 /// Pixels of the exact compositor, as a picture to be compared.

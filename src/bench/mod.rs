@@ -2,10 +2,12 @@
 //!
 //! `cases` are the fixed scenes, `run` flies them, `curve` sets run time against error, `motion`
 //! tells what frames owe to the frames before them (`flicker`, `traced_flicker`), `popping` what borders of rings
-//! do to a flight, `scaling` how the cost grows, `fetches` what of the blend are look-ups, `march` is the
+//! do to a flight, `clumps` how near light
+//! among overlapping particles comes to path tracing, beside cheaper lightings, `scaling` how the cost grows, `fetches` what of the blend are look-ups, `march` is the
 //! ray marcher to beat, `marched` sets it beside the frame at equal error. `record` is what comes of it, `tables` and `report` write it, `compare` sets two of them side by side.
 
 pub mod cases;
+pub mod clumps;
 pub mod compare;
 pub mod curve;
 pub mod errors;

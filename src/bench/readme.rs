@@ -1,17 +1,31 @@
-//! The table of presets in a README, between two marks.
+//! Tables in a README, each between two marks: of presets, of light among overlapping particles.
 
+use super::clumps::table::markdown;
 use super::record::{Bench, Curve, PictureError, Point, PointKind};
 use crate::{Error, Result};
 
-const BEGIN: &str = "<!-- presets: made by cumuli bench -->";
-const END: &str = "<!-- /presets -->";
+/// Around the table of presets.
+const PRESETS: [&str; 2] = ["<!-- presets: made by cumuli bench -->", "<!-- /presets -->"];
+/// Around that of clumps.
+const CLUMPS: [&str; 2] = ["<!-- clumps: made by cumuli bench --clumps -->", "<!-- /clumps -->"];
 
-/// The text with the table between the marks made anew; `place` names it in errors.
-pub fn refreshed(text: &str, place: &str, bench: &Bench) -> Result<String> {
+/// What stands in a text before the table and after it; `place` names it in errors.
+pub fn around<'a>(text: &'a str, place: &str, is_of_clumps: bool) -> Result<[&'a str; 2]> {
+    let [begin_mark, end_mark] = if is_of_clumps { CLUMPS } else { PRESETS };
     let missing = |mark: &str| Error::input(place, format!("expected the line `{mark}`"));
-    let begin = text.find(BEGIN).ok_or_else(|| missing(BEGIN))? + BEGIN.len();
-    let end = begin + text[begin..].find(END).ok_or_else(|| missing(END))?;
-    Ok(format!("{}\n\n{}\n{}", &text[..begin], table(bench), &text[end..]))
+    let begin = text.find(begin_mark).ok_or_else(|| missing(begin_mark))? + begin_mark.len();
+    let end = begin + text[begin..].find(end_mark).ok_or_else(|| missing(end_mark))?;
+    Ok([&text[..begin], &text[end..]])
+}
+
+/// The text with the table that the bench has made anew between its marks.
+pub fn refreshed(text: &str, place: &str, bench: &Bench) -> Result<String> {
+    let [before, after] = around(text, place, bench.clumps.is_some())?;
+    let table = match &bench.clumps {
+        Some(clumps) => markdown(bench, clumps),
+        None => table(bench),
+    };
+    Ok(format!("{before}\n\n{table}\n{after}"))
 }
 
 fn table(bench: &Bench) -> String {

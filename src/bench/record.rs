@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::frame::{Counters, PassTime};
+use crate::frame::{Counters, Lighting, PassTime};
 
 /// Grows whenever a field changes its name, unit or meaning.
 pub const SCHEMA: u32 = 1;
@@ -27,6 +27,9 @@ pub struct Bench {
     /// What borders of rings do to a flight.
     #[serde(default)]
     pub popping: Vec<Popping>,
+    /// Light among overlapping particles.
+    #[serde(default)]
+    pub clumps: Option<Clumps>,
 }
 
 /// Where a bench ran.
@@ -292,6 +295,79 @@ pub struct Residual {
     pub most: f64,
     /// Pixels of all pairs that were followed.
     pub pixels: usize,
+}
+
+/// Pictures of clumps and scenes, lit in several ways, against path tracing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Clumps {
+    /// Another seed is another layout.
+    pub seed: u64,
+    /// One for each clump, eye and sun, and for each scene with a kept reference.
+    pub cases: Vec<LitCase>,
+    /// What the frame's light costs in a scene; none where it was not asked for.
+    pub cost: Option<LightCost>,
+}
+
+/// One scene, lit in several ways.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LitCase {
+    /// Name of the clump or scene.
+    pub case: String,
+    /// Name of the preset.
+    pub preset: String,
+    /// Pixels.
+    pub size: [u32; 2],
+    /// The file of the reference.
+    pub reference: String,
+    /// Standard error of the reference's brightness in half of the pixels with clouds at most, over the brightness; none of one path.
+    pub noise: Option<f64>,
+    /// With the light grid, by octaves, each particle alone.
+    pub lit: Vec<Lit>,
+    /// relMSE of particles alone over that with the grid, both without the reference's noise.
+    pub alone_over_grid: f64,
+    /// Times with the grid over those by octaves and of particles alone: each frame made alone, in turn.
+    pub times: Vec<Ratio>,
+}
+
+/// A picture lit in one way.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Lit {
+    /// How.
+    pub lighting: Lighting,
+    /// Against the reference.
+    pub error: PictureError,
+    /// relMSE without the reference's noise.
+    pub rel_mse_without_noise: f64,
+    /// LDR FLIP of the picture against itself with noise of the reference's standard errors: a picture without error would
+    /// have as much.
+    pub flip_of_noise: f64,
+    /// Wall time of a frame that takes nothing over from others, ms.
+    pub wall_ms: Spread,
+    /// Processor time of the same, ms.
+    pub cpu_ms: Spread,
+}
+
+/// What light among particles costs in frames that follow each other, as in a window.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LightCost {
+    /// Name of the case.
+    pub case: String,
+    /// Name of the preset.
+    pub preset: String,
+    /// Pixels.
+    pub size: [u32; 2],
+    /// Frames: at least one turn of the light grid.
+    pub frames: u32,
+    /// Mean time of the passes of a frame that are there for this light, ms.
+    pub passes_ms: Vec<(String, f64)>,
+    /// Mean time of all passes of a frame, ms.
+    pub frame_ms: f64,
+    /// The first over the second.
+    pub share: f64,
+    /// The same in a frame made alone, which solves for the whole grid.
+    pub share_alone: f64,
+    /// Times of these frames over those of frames lit by octaves, in turn.
+    pub over_octaves: Vec<Ratio>,
 }
 
 /// A ratio of two run times with its noise.

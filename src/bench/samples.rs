@@ -58,6 +58,7 @@ pub fn bench(case: &str, wall: &[f64]) -> Bench {
         motion: Vec::new(),
         against: Vec::new(),
         popping: Vec::new(),
+        clumps: None,
     }
 }
 

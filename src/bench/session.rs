@@ -5,9 +5,10 @@ mod ratios;
 use std::path::{Path, PathBuf};
 
 use super::cases::{self, Case, FPS, Motion};
+use super::clumps::ClumpOrder;
 use super::compare::of_runs;
 use super::curve::{Setup, Subjects, curve};
-use super::errors::measured;
+use super::errors::of_film;
 use super::motion::{Instruments, WINDOW, motion};
 use super::record::{Bench, Curve, Machine, Ratio, Run, SCHEMA, Settings};
 use super::run::{Flight, Subject, fly};
@@ -44,6 +45,8 @@ pub struct Order {
     pub flight: Flight,
     /// Only ratios of pairs of cases, and popping.
     pub ratios: bool,
+    /// Only light among particles.
+    pub clumps: Option<ClumpOrder>,
     /// Fewer points, one scene, and no limits that take long.
     pub quick: bool,
     /// Where path-traced references lie.
@@ -81,7 +84,7 @@ impl Order {
         Ok(self.scenes.iter().flat_map(|(stem, scene)| cases::of_scene(scene, stem)).collect())
     }
 
-    fn curve_scenes(&self) -> Result<Vec<(String, Scene)>> {
+    pub(super) fn curve_scenes(&self) -> Result<Vec<(String, Scene)>> {
         if !self.scenes.is_empty() {
             return Ok(self.scenes.clone());
         }
@@ -95,8 +98,10 @@ impl Order {
     /// Measures everything. `tables` hold what the scenes need.
     pub fn run(&self, gpu: &Gpu, tables: &TableSet, listener: &mut dyn Listener) -> Result<Bench> {
         let (mut runs, mut curves, mut motion, mut popping) = Default::default();
-        let against;
-        if self.ratios {
+        let (mut against, mut clumps) = Default::default();
+        if let Some(order) = &self.clumps {
+            clumps = Some(self.clumps(order, gpu, tables, listener)?);
+        } else if self.ratios {
             against = self.pairs(gpu, tables, listener)?;
             popping = self.popping(gpu, tables, listener)?;
         } else {
@@ -121,10 +126,11 @@ impl Order {
             motion,
             against,
             popping,
+            clumps,
         })
     }
 
-    fn subject(
+    pub(super) fn subject(
         &self,
         gpu: &Gpu,
         tables: &TableSet,
@@ -227,15 +233,7 @@ impl Order {
         };
         let mut film = Film::new(size);
         exposure.expose(scene, tables, &mut film, spp, |_| Ok(()))?;
-        let mut picture = measured("reference", size, &film.radiance());
-        if spp > 1 {
-            let errors = (0..film.pixels.len()).map(|i| {
-                let [r, g, b, _] = film.estimates(i).map(|e| e.standard_error);
-                glam::DVec3::new(r, g, b)
-            });
-            picture.standard_error = Some(errors.collect());
-        }
-        Ok(Some((format!("traced with {spp} paths a pixel"), picture)))
+        Ok(Some((format!("traced with {spp} paths a pixel"), of_film(&film))))
     }
 
     fn motion(

@@ -47,7 +47,7 @@ pub fn csv(bench: &Bench) -> Result<String> {
 }
 
 /// A field by RFC 4180: quoted where it holds what would end it.
-fn field(text: &str) -> String {
+pub(super) fn field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

@@ -125,7 +125,8 @@ impl Variant {
 
     /// Whether two of them light the clouds alike: the exact compositor then shows the same.
     pub fn lights_like(&self, other: &Self) -> bool {
-        self.quality.grid == other.quality.grid && self.tables == other.tables
+        let (own, others) = (&self.quality, &other.quality);
+        own.grid == others.grid && own.lighting == others.lighting && self.tables == other.tables
     }
 }
 

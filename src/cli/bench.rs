@@ -6,8 +6,9 @@ use clap::Args;
 
 use super::args::Size;
 use super::progress::{Progress, StageBar};
-use super::render::{eprint_line, load_scene, tables_name};
+use super::render::{eprint_line, load_scene, tables_name, this_program};
 use super::{args, engine, print};
+use crate::bench::clumps::{ClumpOrder, table};
 use crate::bench::record::Bench;
 use crate::bench::run::Flight;
 use crate::bench::session::{Listener, Order, REFERENCE_SIZE, tables_for};
@@ -28,13 +29,13 @@ pub struct BenchArgs {
     /// Preset of the cases [default: high, with --quick low]; may be given again
     #[arg(long, value_enum)]
     pub preset: Vec<Preset>,
-    /// Width and height in pixels [default: 640x360, with --quick 256x144]
+    /// Width and height in pixels [default: 640x360, with --quick 256x144, with --clumps 96x54]
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
     /// Frames before the first that counts [default: 2, with --quick 1]
     #[arg(long, value_name = "N", value_parser = args::frame_count)]
     pub warmup: Option<u32>,
-    /// Frames that count [default: 32, with --quick 3]
+    /// Frames that count [default: 32, with --quick 3, with --clumps 5]
     #[arg(long, value_name = "N", value_parser = args::frame_count)]
     pub frames: Option<u32>,
     /// Folder for bench.json, bench.csv, trace.json and report.html
@@ -48,6 +49,17 @@ pub struct BenchArgs {
     /// nothing changes; and what borders of rings do to a straight flight
     #[arg(long, conflicts_with_all = ["scene", "against", "readme", "more_tables", "spp", "flicker_pairs"])]
     pub ratios: bool,
+    /// In place of the cases: clumps of 200 overlapping particles of optical thickness 5, 20 and 60, the sun in front, beside
+    /// and behind, the eye outside and inside, and the scenes with references, lit with the light grid, by octaves and
+    /// each particle alone, against path tracing, whose pictures stay in --out
+    #[arg(long, conflicts_with_all = ["scene", "against", "ratios", "quick", "more_tables", "flicker_pairs", "warmup"])]
+    pub clumps: bool,
+    /// Another seed is another layout of --clumps
+    #[arg(long, value_name = "N", default_value = "0", requires = "clumps")]
+    pub seed: u64,
+    /// Only cases of --clumps with this in their names, and not what light costs; may be given again
+    #[arg(long, value_name = "TEXT", requires = "clumps")]
+    pub only: Vec<String>,
     /// A preset that takes turns with the first, frame by frame; the ratio is told with its noise
     #[arg(long, value_enum, value_name = "PRESET")]
     pub against: Option<Preset>,
@@ -59,7 +71,7 @@ pub struct BenchArgs {
     /// Folder of path-traced references, NAME.exr for each scene
     #[arg(long, value_name = "DIR", default_value = "tests/references")]
     pub references: PathBuf,
-    /// Trace references that are not there, with so many paths a pixel
+    /// Trace references that are not there, with so many paths a pixel [with --clumps, default: 256]
     #[arg(long, value_name = "N", value_parser = args::samples_a_pixel)]
     pub spp: Option<u32>,
     /// Trace the reference's own flicker where it is not kept, with so many pairs of paths a pixel (20000
@@ -78,9 +90,20 @@ pub struct BenchArgs {
     /// Measure nothing, but set one bench.json against another: ratios with their noise
     #[arg(long, value_names = ["OLD.json", "NEW.json"], num_args = 2,
         conflicts_with_all = ["scene", "preset", "size", "warmup", "frames", "quick", "ratios", "against",
-            "set", "spp", "flicker_pairs", "tables", "more_tables", "readme", "out", "references"])]
+            "set", "spp", "flicker_pairs", "clumps", "tables", "more_tables", "readme", "out", "references"])]
     pub compare: Option<Vec<PathBuf>>,
 }
+
+/// Pixels of clumps: their light changes slowly over the picture, and paths take long.
+const CLUMP_SIZE: [u32; 2] = [96, 54];
+/// Paths a pixel: standard errors below 5 % in half of the pixels.
+const CLUMP_PATHS: u32 = 256;
+/// Frames of each lighting whose times are taken.
+const CLUMP_FRAMES: u32 = 5;
+/// Pixels of the frames in which the cost of light is measured: fewer than a window has, where its share is smaller.
+const COST_SIZE: [u32; 2] = [640, 360];
+/// How many: ten a second, of an epoch of the default scene's light, 3.5 s.
+const COST_FRAMES: u32 = 35;
 
 /// Shows how far the bench is.
 #[derive(Default)]
@@ -114,6 +137,10 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     }
     check_folder(&args.out)?;
     let readme = args.readme.as_deref().map(|path| read(path, "a text")).transpose()?;
+    // Before anything is measured.
+    if let (Some(path), Some(text)) = (&args.readme, &readme) {
+        readme::around(text, &path.display().to_string(), args.clumps)?;
+    }
     let mut order = order(args)?;
     let tables = engine::tables_of(args.tables.as_deref())?;
     let tables = tables_for(&order.scenes, tables, &StageBar::new())?;
@@ -127,17 +154,23 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     let bench = order.run(&gpu, &tables, &mut bar);
     bar.end();
     let bench = bench?;
-    // What is wrong with the README is known before anything is written.
     let refreshed = match (&args.readme, readme) {
         (Some(path), Some(text)) => {
             Some((path, readme::refreshed(&text, &path.display().to_string(), &bench)?))
         }
         _ => None,
     };
-    write(&args.out, &bench)?;
+    match &bench.clumps {
+        Some(clumps) => {
+            write_text(&args.out.join("clumps.csv"), &table::csv(clumps))?;
+            write_text(&args.out.join("bench.json"), &json(&bench)?)?;
+        }
+        None => write(&args.out, &bench)?,
+    }
     if let Some((path, text)) = refreshed {
         write_text(path, &text)?;
     }
+    bench.clumps.iter().flat_map(table::lines).try_for_each(|line| print(&line))?;
     compare::lines(&bench.against)
         .iter()
         .filter(|_| !bench.against.is_empty())
@@ -166,7 +199,20 @@ fn order(args: &BenchArgs) -> Result<Order> {
         return Err(Error::input("--against", "expected another preset than --preset"));
     }
     let quick = |quick: u32, full: u32| if args.quick { quick } else { full };
-    let size = if args.quick { REFERENCE_SIZE } else { [640, 360] };
+    let size = match (args.quick, args.clumps) {
+        (_, true) => CLUMP_SIZE,
+        (true, _) => REFERENCE_SIZE,
+        _ => [640, 360],
+    };
+    let frames = if args.clumps { CLUMP_FRAMES } else { quick(3, 32) };
+    let clumps = args.clumps.then(|| ClumpOrder {
+        seed: args.seed,
+        only: args.only.clone(),
+        folder: args.out.clone(),
+        program: this_program(),
+        spp: args.spp.unwrap_or(CLUMP_PATHS),
+        cost: args.only.is_empty().then_some((COST_SIZE, COST_FRAMES)),
+    });
     Ok(Order {
         scenes,
         presets,
@@ -175,8 +221,9 @@ fn order(args: &BenchArgs) -> Result<Order> {
         flight: Flight {
             size: args.size.map_or(size, |size| size.0),
             warmup: args.warmup.unwrap_or(quick(1, 2)),
-            frames: args.frames.unwrap_or(quick(3, 32)),
+            frames: args.frames.unwrap_or(frames),
         },
+        clumps,
         ratios: args.ratios,
         quick: args.quick,
         references: args.references.clone(),
@@ -198,16 +245,22 @@ fn more_tables(path: &Path, others: &TableSet) -> Result<TableSet> {
     Ok(tables)
 }
 
+fn no_json(e: serde_json::Error) -> Error {
+    Error::Failed(format!("JSON: {e}"))
+}
+
+fn json(bench: &Bench) -> Result<String> {
+    Ok(serde_json::to_string_pretty(bench).map_err(no_json)? + "\n")
+}
+
 fn write(folder: &Path, bench: &Bench) -> Result<()> {
-    let json = |value: &dyn Fn() -> serde_json::Result<String>| {
-        value().map(|text| text + "\n").map_err(|e| Error::Failed(format!("JSON: {e}")))
-    };
+    let trace = serde_json::to_string(&tables::trace(bench)).map_err(no_json)? + "\n";
     let files = [
         ("bench.csv", tables::csv(bench)?),
-        ("trace.json", json(&|| serde_json::to_string(&tables::trace(bench)))?),
+        ("trace.json", trace),
         ("report.html", report::html(bench)?),
         // Last: where it is there, the others are.
-        ("bench.json", json(&|| serde_json::to_string_pretty(bench))?),
+        ("bench.json", json(bench)?),
     ];
     for (name, text) in files {
         write_text(&folder.join(name), &text)?;

@@ -10,7 +10,7 @@ use super::print;
 use super::progress::Progress;
 use super::truth::TruthArgs;
 use crate::error::{Error, Result};
-use crate::frame::{FrameStats, OpaquePicture, Picture, Preset, RenderSettings};
+use crate::frame::{FrameStats, Lighting, OpaquePicture, Picture, Preset, Quality, RenderSettings};
 use crate::output::{
     self, Format, FrameRange, FrameState, Sequence, SequenceKey, SequenceReport, VideoTarget,
     check_target, write_atomically, write_picture, write_video,
@@ -32,6 +32,10 @@ pub struct RenderArgs {
     /// Quality against time
     #[arg(long, value_enum, default_value = "high")]
     pub preset: Preset,
+    /// How the light that clouds scatter among themselves is found: grid is solved for; octaves of attenuated sunlight and
+    /// each particle alone are there to compare with [default: the preset's]
+    #[arg(long, value_enum, value_name = "NAME", conflicts_with_all = ["reference", "exact"])]
+    pub lighting: Option<Lighting>,
     /// The picture (.png or .exr), or with --frames the folder for the frames
     #[arg(long, value_name = "PATH")]
     pub out: PathBuf,
@@ -140,6 +144,7 @@ impl Job {
                     tables: tables_name(args.tables.as_deref())?,
                     size: args.size.0,
                     preset: Some(args.preset),
+                    lighting: args.lighting,
                     reference: None,
                     start_time: args.time,
                     fps: args.fps,
@@ -168,6 +173,7 @@ impl Job {
             opaque,
             settings: RenderSettings {
                 preset: args.preset,
+                quality: args.lighting.map(|l| Quality { lighting: l, ..args.preset.quality() }),
                 time_passes: args.timings,
                 ..Default::default()
             },

@@ -73,6 +73,7 @@ fn sequence(
         tables: tables.to_owned(),
         size: args.size.0,
         preset: None,
+        lighting: None,
         reference: Some(reference),
         start_time: args.time,
         fps: args.fps,

@@ -2,7 +2,7 @@
 
 use super::blend_areas::{AREA, AreasInputs, AreasJob, BlendAreas};
 use super::picture_lists::PictureLists;
-use super::settings::Quality;
+use super::settings::{Lighting, Quality};
 use super::shadow::ShadowJob;
 use crate::Result;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary};
@@ -10,6 +10,7 @@ use crate::gpu::{Gpu, Kernel, ShaderLibrary};
 /// The pipeline.
 pub struct BlendPass {
     kernel: Kernel,
+    lighting: Lighting,
     /// Where there is something to do; none where it goes over the whole picture.
     areas: Option<BlendAreas>,
 }
@@ -39,6 +40,11 @@ pub struct BlendInputs<'a> {
     /// Words: table look-ups, pixels in tiles with particles, tiles without, pixels whose march was cut; then the areas
     /// with particles.
     pub counts: &'a wgpu::Buffer,
+}
+
+/// Of tables, sky and light field those that a lighting reads.
+pub(super) fn groups_of<'a, T>(groups: &'a [&'a T; 3], lighting: Lighting) -> &'a [&'a T] {
+    if lighting.has_grid() { groups } else { &groups[..2] }
 }
 
 impl BlendPass {
@@ -81,8 +87,11 @@ impl BlendPass {
         groups: &[&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
         let file = crate::shader_file!("frame/blend.wgsl");
-        let defs = [&[("STEPS", quality.steps), ("SCREEN_TILE", quality.tile)], more].concat();
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &defs, groups)?, areas: None })
+        let lighting = quality.lighting;
+        let mut defs = [&[("STEPS", quality.steps), ("SCREEN_TILE", quality.tile)], more].concat();
+        defs.extend(lighting.definition());
+        let kernel = Kernel::new(gpu, library, file, &defs, groups_of(groups, lighting))?;
+        Ok(Self { kernel, lighting, areas: None })
     }
 
     /// Binds inputs, and the textures it writes: clouds, distance.
@@ -92,23 +101,23 @@ impl BlendPass {
         inputs: &BlendInputs<'_>,
         [clouds, distance]: [&wgpu::TextureView; 2],
     ) -> BlendJob {
-        let bindings = self.kernel.bind(
-            gpu,
-            &[
-                inputs.frame.as_entire_binding(),
-                inputs.phase.as_entire_binding(),
-                inputs.particles.as_entire_binding(),
-                inputs.lights.as_entire_binding(),
-                inputs.lists.lists.tile_offsets.as_entire_binding(),
-                inputs.lists.lists.tile_entries.as_entire_binding(),
-                inputs.counts.as_entire_binding(),
-                wgpu::BindingResource::TextureView(clouds),
-                wgpu::BindingResource::TextureView(distance),
-                wgpu::BindingResource::TextureView(inputs.opaque),
-                inputs.shadow.uniforms.as_entire_binding(),
-                inputs.shadow.texels.as_entire_binding(),
-            ],
-        );
+        let mut resources = vec![
+            inputs.frame.as_entire_binding(),
+            inputs.phase.as_entire_binding(),
+            inputs.particles.as_entire_binding(),
+            inputs.lights.as_entire_binding(),
+            inputs.lists.lists.tile_offsets.as_entire_binding(),
+            inputs.lists.lists.tile_entries.as_entire_binding(),
+            inputs.counts.as_entire_binding(),
+            wgpu::BindingResource::TextureView(clouds),
+            wgpu::BindingResource::TextureView(distance),
+            wgpu::BindingResource::TextureView(inputs.opaque),
+        ];
+        if self.lighting.has_maps() {
+            resources.push(inputs.shadow.uniforms.as_entire_binding());
+            resources.push(inputs.shadow.texels.as_entire_binding());
+        }
+        let bindings = self.kernel.bind(gpu, &resources);
         let areas = self.areas.as_ref().map(|areas| {
             let (frame, tile_offsets) = (inputs.frame, &inputs.lists.lists.tile_offsets);
             let (counts, targets) = (inputs.counts, [clouds, distance]);
@@ -117,14 +126,15 @@ impl BlendPass {
         BlendJob { bindings, areas }
     }
 
-    /// Records the pass over blocks of pixels: columns, rows, and how many pixels of each.
+    /// Records the pass over blocks of pixels: columns, rows, and how many pixels of each. `groups`: tables, sky and,
+    /// for what has a light grid, the light field.
     pub fn encode(
         &self,
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         blocks: [u32; 3],
         job: &BlendJob,
-        groups: [&wgpu::BindGroup; 3],
+        groups: &[&wgpu::BindGroup],
     ) {
         let areas = self.areas.as_ref().zip(job.areas.as_ref());
         if let Some((areas, job)) = areas {
@@ -133,7 +143,7 @@ impl BlendPass {
         pass.set_pipeline(self.kernel.pipeline("blend"));
         pass.set_bind_group(0, &job.bindings, &[]);
         for (index, group) in (1..).zip(groups) {
-            pass.set_bind_group(index, group, &[]);
+            pass.set_bind_group(index, *group, &[]);
         }
         match areas {
             Some((_, job)) => pass.dispatch_workgroups_indirect(job.groups(), 0),

@@ -7,6 +7,7 @@ use super::in_view::InView;
 use super::light_grid::GridWork;
 use super::opaque::Opaque;
 use super::rings::PlacedField;
+use super::settings::Lighting;
 
 /// Everything a frame's picture depends on, besides tables and settings.
 #[derive(Clone, PartialEq)]
@@ -25,6 +26,8 @@ pub struct FrameKey {
     pub in_view: InView,
     /// What is opaque in it: its revision tells of its contents.
     pub opaque: Option<Opaque>,
+    /// How clouds are lit: the same for all frames of a renderer.
+    pub lighting: Lighting,
     /// Whether the host asks how much sunlight reaches points of its own.
     pub sun_asked: bool,
 }

@@ -112,10 +112,10 @@ gpu_struct! {
         in_place: u32,
         /// 1: it is known what sunlight clouds take from the air.
         has_air_shadow: u32,
+        /// Of the phase function without the peak that delta_scale takes out.
+        mean_cosine: f32,
         /// Unused.
         padding_b: u32,
-        /// Unused.
-        padding_c: u32,
     }
 }
 

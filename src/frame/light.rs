@@ -1,8 +1,10 @@
 //! Light: what the particles' lists seen from the sun say of the light that
 //! reaches each particle.
 
+use super::blend::groups_of;
 use super::gpu_data::LightView;
 use super::picture_lists::PictureLists;
+use super::settings::Lighting;
 use crate::Result;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
 
@@ -26,15 +28,18 @@ pub fn view_buffer(gpu: &Gpu) -> wgpu::Buffer {
 }
 
 impl LightPass {
-    /// Compiles the pass; it reads the tables (group 1), the sky (group 2) and the light field
-    /// (group 3).
+    /// Compiles the pass; it reads the tables (group 1), the sky (group 2) and, where the lighting has a grid, the light
+    /// field (group 3).
     pub fn new(
         gpu: &Gpu,
         library: &ShaderLibrary,
+        lighting: Lighting,
         groups: &[&wgpu::BindGroupLayout; 3],
     ) -> Result<Self> {
         let file = crate::shader_file!("frame/light.wgsl");
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], groups)? })
+        let defs: &[_] = if lighting.has_grid() { &[] } else { &[("GRIDLESS", 1)] };
+        let groups = groups_of(groups, lighting);
+        Ok(Self { kernel: Kernel::new(gpu, library, file, defs, groups)? })
     }
 
     /// Binds one light's lists and the particles' light.
@@ -71,12 +76,12 @@ impl LightPass {
         &self,
         pass: &mut wgpu::ComputePass<'_>,
         job: &LightJob,
-        groups: [&wgpu::BindGroup; 3],
+        groups: &[&wgpu::BindGroup],
     ) {
         pass.set_pipeline(self.kernel.pipeline("light"));
         pass.set_bind_group(0, &job.bindings, &[]);
         for (index, group) in (1..).zip(groups) {
-            pass.set_bind_group(index, group, &[]);
+            pass.set_bind_group(index, *group, &[]);
         }
         pass.dispatch_workgroups(job.particles.div_ceil(WORKGROUP), 1, 1);
     }

@@ -39,4 +39,4 @@ pub use opaque::{DepthKind, Opaque, OpaquePicture, Surface};
 pub use picture::{Counters, FrameStats, PassTime, Picture};
 pub use plan::{FramePlan, Pass};
 pub use renderer::Renderer;
-pub use settings::{Preset, Quality, RenderSettings};
+pub use settings::{Lighting, Preset, Quality, RenderSettings};

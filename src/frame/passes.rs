@@ -59,7 +59,7 @@ impl Passes {
             || -> Result<_> {
                 let light_grid = LightGridPass::new(gpu, library, medium)?;
                 let groups = [tables, sky, light_grid.layout()];
-                let light = LightPass::new(gpu, library, &groups)?;
+                let light = LightPass::new(gpu, library, quality.lighting, &groups)?;
                 let blend = BlendPass::new(gpu, library, quality, &groups)?;
                 let groups = [march, sky, light_grid.layout()];
                 let air_shadow = AirShadowPass::new(gpu, library, quality.air_steps, &groups)?;

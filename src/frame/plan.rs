@@ -112,10 +112,11 @@ impl FramePlan {
         // Only what is shown is made: clouds, and shadows where there is anything to see them on.
         let has_clouds = !empty && now.in_view.clouds;
         let has_shadows = !empty && now.has_surfaces();
-        let has_maps = has_clouds || has_shadows;
+        let has_grid = now.lighting.has_grid();
+        let has_maps = (has_clouds && now.lighting.has_maps()) || has_shadows;
         // Without clouds in view there is no light field; what others change of the air is left.
-        let has_air_shadow = has_clouds && now.has_air();
-        let has_particles = has_maps || (!empty && now.sun_asked);
+        let has_air_shadow = has_clouds && has_grid && now.has_air();
+        let has_particles = has_clouds || has_shadows || (!empty && now.sun_asked);
         let stale = |product| changes.is_stale(product, &[]);
         let relit = has_clouds && changes.is_stale(Product::Light, &[Input::Camera, Input::Opaque]);
         let mut made = Vec::new();
@@ -143,6 +144,7 @@ impl FramePlan {
         };
         let unless_empty = |no| if empty { "no particles in the scene" } else { no };
         let or_unseen = |no| unless_empty(if has_clouds { no } else { "no cloud is in view" });
+        let without_grid = (!has_grid).then_some("clouds are lit without the light grid");
         let or_unneeded = |no| {
             unless_empty(if has_particles { no } else { "neither clouds nor surfaces in view" })
         };
@@ -173,13 +175,13 @@ impl FramePlan {
             Pass::LightGrid,
             has_clouds && !grid.steps.is_empty(),
             if grid.solved { "particles, sun or the grid's place changed" } else { "on the way" },
-            or_unseen("particles and sun as the grid has them"),
+            or_unseen(without_grid.unwrap_or("particles and sun as the grid has them")),
         );
         decide(
             Pass::LightField,
             has_clouds && grid.field,
             "the grid's light or the eye's place changed",
-            or_unseen("seen from the same place"),
+            or_unseen(without_grid.unwrap_or("seen from the same place")),
         );
         let relit_why =
             if relit { "particles, sun or sky changed" } else { "others may be in view" };
@@ -188,13 +190,21 @@ impl FramePlan {
             Pass::Shadow,
             shadow,
             "particles, sun or camera changed",
-            or_unneeded("shadows unchanged"),
+            or_unneeded(if has_maps {
+                "shadows unchanged"
+            } else {
+                "clouds are lit without shadow maps"
+            }),
         );
         decide(
             Pass::AirShadow,
             air_shadow,
             "clouds, their light, sky or camera changed",
-            or_unseen(if has_air_shadow { "air unchanged" } else { "there is no air" }),
+            or_unseen(match without_grid {
+                Some(why) if now.has_air() => why,
+                _ if has_air_shadow => "air unchanged",
+                _ => "there is no air",
+            }),
         );
         let blended_why = if clouds_changed { moved } else { "pixels of the past" };
         decide(Pass::Blend, clouds, blended_why, or_unseen("clouds unchanged"));

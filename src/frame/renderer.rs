@@ -91,10 +91,10 @@ impl Renderer {
         let quality = settings.quality();
         let medium = &scene.medium;
         let shapes = Shapes::new(tables);
-        let truncation = Truncation::new(&medium.phase);
+        let peak = Truncation::new(&medium.phase);
         // A third of a second each: nobody waits for one after the other.
         let ((spreads, halo), compiled) = rayon::join(
-            || (Spreads::new(&shapes), Halo::new(&medium.phase, &truncation)),
+            || (Spreads::new(&shapes), Halo::new(&medium.phase, &peak)),
             || -> Result<_> {
                 let library = ShaderLibrary::new()?;
                 let tables = TablesGpu::new(gpu, tables, &medium.phase, medium.albedo)?;
@@ -128,7 +128,7 @@ impl Renderer {
             passes,
             weather,
             shapes,
-            truncation,
+            truncation: quality.lighting.truncation(&medium.phase),
             grid: LightGrid::default(),
             phase: buffers::uniform(gpu, "phase", &tables_gpu.phase_params()),
             tables: tables_gpu,
@@ -331,7 +331,7 @@ impl Renderer {
     ) -> Result<(FrameStats, Counts)> {
         let in_view = if self.make_unseen { InView::ALL } else { in_view(scene, time, size) };
         let columns = scene.clouds.as_ref().map_or(Ok(0), rings::columns)?;
-        let (grid, shift) = if in_view.clouds {
+        let (grid, shift) = if in_view.clouds && self.quality.lighting.has_grid() {
             self.prepare_grid(scene, time, columns)?
         } else {
             Default::default()
@@ -380,7 +380,7 @@ impl Renderer {
         } else if plan.makes(Product::Clouds) {
             self.history.done(layout.stride, shading, seen);
         }
-        if in_view.clouds {
+        if in_view.clouds && self.quality.lighting.has_grid() {
             self.grid.done(shift);
         }
         let times = self.stats.times(&self.gpu)?;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::light_grid::GridSettings;
 use super::view::SCREEN_TILE;
+use crate::medium::{Phase, Truncation};
 
 /// Quality against time, from first looks to pictures for print.
 #[derive(
@@ -68,6 +69,82 @@ impl FromStr for Preset {
     }
 }
 
+/// How the light that clouds scatter among themselves is found.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    Deserialize,
+    clap::ValueEnum,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Lighting {
+    /// Solved for on the light grid; what all presets take.
+    #[default]
+    Grid,
+    /// Octaves of attenuated sunlight and skylight (Wrenninge, Kulla and Lundqvist, SIGGRAPH 2013 Talks) in the delta-M
+    /// scaled medium, to compare with: no light grid, and no light that clouds change in the air.
+    Octaves,
+    /// Each particle as if it were alone, by its own scattering table, in the sunlight that the others leave at its centre
+    /// and in skylight as if there were no others (Yusov, High Performance Graphics 2014), to compare with: the medium is
+    /// not scaled, and without the same.
+    Alone,
+}
+
+impl Lighting {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Grid, Self::Octaves, Self::Alone];
+
+    /// The name on the command line and in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Grid => "grid",
+            Self::Octaves => "octaves",
+            Self::Alone => "alone",
+        }
+    }
+
+    /// Whether the light grid is solved, and what is made of it.
+    pub const fn has_grid(self) -> bool {
+        matches!(self, Self::Grid)
+    }
+
+    /// Whether the blend looks depths up in the deep shadow maps.
+    pub const fn has_maps(self) -> bool {
+        !matches!(self, Self::Alone)
+    }
+
+    /// What its blend is compiled with.
+    pub(crate) const fn definition(self) -> Option<(&'static str, u32)> {
+        match self {
+            Self::Grid => None,
+            Self::Octaves => Some(("OCTAVES", 1)),
+            Self::Alone => Some(("ALONE", 1)),
+        }
+    }
+
+    /// What of the phase function is scaled out of the medium.
+    pub fn truncation(self, phase: &Phase) -> Truncation {
+        match self {
+            Self::Grid | Self::Octaves => Truncation::new(phase),
+            Self::Alone => Truncation::none(phase),
+        }
+    }
+}
+
+impl Display for Lighting {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
 /// What a renderer is made for, besides the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderSettings {
@@ -114,6 +191,8 @@ pub struct Quality {
     pub air_steps: u32,
     /// The light grid.
     pub grid: GridSettings,
+    /// What takes its place.
+    pub lighting: Lighting,
 }
 
 /// Steps of the light grid's solution a frame of a stream. In preset high a step takes about 150 ms of
@@ -141,6 +220,7 @@ impl Preset {
                 shadow_resolution: 96,
                 air_steps: 1,
                 grid: GridSettings { fineness: 0.6, turns: [9, 4], slice: 0, draft: false },
+                lighting: Lighting::Grid,
             },
             Self::Medium => Quality {
                 steps: 4,
@@ -151,6 +231,7 @@ impl Preset {
                 shadow_resolution: 160,
                 air_steps: 2,
                 grid: GridSettings { fineness: 0.95, turns: [9, 4], slice: 0, draft: false },
+                lighting: Lighting::Grid,
             },
             Self::High => Quality {
                 steps: 6,
@@ -161,6 +242,7 @@ impl Preset {
                 shadow_resolution: 256,
                 air_steps: 4,
                 grid: GridSettings { fineness: 1.8, turns: [9, 4], slice: 0, draft: false },
+                lighting: Lighting::Grid,
             },
             Self::Ultra => Quality {
                 steps: 12,
@@ -171,6 +253,7 @@ impl Preset {
                 shadow_resolution: 384,
                 air_steps: 4,
                 grid: GridSettings { fineness: 2.2, turns: [17, 5], slice: 0, draft: false },
+                lighting: Lighting::Grid,
             },
         }
     }
@@ -188,5 +271,8 @@ mod tests {
             assert_eq!(serde_name, preset.name());
         }
         assert!("High".parse::<Preset>().is_err());
+        for lighting in Lighting::ALL {
+            assert_eq!(serde_json::to_value(lighting).expect("a plain enum"), lighting.name());
+        }
     }
 }

@@ -102,8 +102,8 @@ pub fn frame_uniforms(
         phase: stride * stride,
         in_place: 1,
         has_air_shadow: u32::from(has_air_shadow),
+        mean_cosine: truncation.moments[0] as f32,
         padding_b: 0,
-        padding_c: 0,
     }
 }
 

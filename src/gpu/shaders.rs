@@ -33,6 +33,7 @@ const MODULES: &[(&str, &str)] = shader_files![
     "shared/light_grid_data.wgsl",
     "shared/light_field.wgsl",
     "shared/lighting.wgsl",
+    "shared/octaves.wgsl",
     "medium/phase.wgsl",
     "tables/sampler.wgsl",
     "tables/optical_depth.wgsl",

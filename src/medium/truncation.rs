@@ -29,6 +29,12 @@ impl Truncation {
         Self { peak, moments: [1, 2].map(|l| (m[l] - peak) / (1.0 - peak)) }
     }
 
+    /// Without a peak: the moments are those of the whole, and nothing is scaled.
+    pub fn none(phase: &Phase) -> Self {
+        let m = phase.legendre_moments(DEGREE + 1);
+        Self { peak: 0.0, moments: [1, 2].map(|l| m[l]) }
+    }
+
     /// Extinction that is left, over the true one.
     pub fn scale(&self, albedo: f64) -> f64 {
         1.0 - albedo * self.peak
@@ -73,5 +79,8 @@ mod tests {
             }
         }
         assert_eq!(Truncation::new(&Phase::Hg { g: -0.5 }).peak, 0.0);
+        let whole = Truncation::none(&Phase::Hg { g: 0.8 });
+        assert!((whole.moments[0] - 0.8).abs() < 1e-12 && (whole.moments[1] - 0.64).abs() < 1e-12);
+        assert_eq!([whole.scale(1.0), whole.albedo(0.9), whole.peak_depth(1.0)], [1.0, 0.9, 0.0]);
     }
 }

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::{Format, atomic, is_whole_picture, write_atomically, write_picture};
 use crate::error::{Error, Result};
-use crate::frame::{Picture, Preset};
+use crate::frame::{Lighting, Picture, Preset};
 
 /// Frames `start` to `end`, `end` not included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +71,9 @@ pub struct SequenceKey {
     /// Quality of frames; none of reference pictures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset: Option<Preset>,
+    /// How clouds are lit, where it is not as the preset says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lighting: Option<Lighting>,
     /// What else reference pictures are made from, as JSON; none for frames.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,

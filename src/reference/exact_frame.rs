@@ -65,6 +65,11 @@ pub fn exact_frame_before(
     window: Window,
     row: &mut dyn FnMut(),
 ) -> Result<Vec<ExactPixel>> {
+    if !quality.lighting.has_grid() {
+        let message =
+            format!("expected grid, which is composed exactly, found {}", quality.lighting);
+        return Err(Error::input("lighting", message));
+    }
     let (particles, lights) = renderer.particles()?;
     let medium = &scene.medium;
     let scattering = tables.scattering_for(&medium.phase, medium.albedo).ok_or_else(|| {

@@ -5,11 +5,11 @@
 use glam::DVec3;
 
 use super::composed::meets;
-use crate::frame::Quality;
 use crate::frame::cpu::blend::{Pixel, compose};
 use crate::frame::cpu::lighting::SunDepth;
 use crate::frame::cpu::segments::ChordInputs;
 use crate::frame::gpu_data::{Particle, ParticleLight};
+use crate::frame::{Lighting, Quality};
 use crate::reference::{Exact, ExactPixel};
 
 /// Times the steps of the frame in the march that is to be the exact picture.
@@ -53,7 +53,15 @@ impl Steps<'_> {
         let particles: Vec<_> = met.iter().map(|(p, _)| *p).collect();
         let lights: Vec<_> = met.iter().map(|(_, l)| **l).collect();
         let far = self.exact.far(dir);
-        let pixel = Pixel { inputs: self.inputs, particles: &particles, lights: &lights, dir, far };
+        let lighting = Lighting::Grid;
+        let pixel = Pixel {
+            inputs: self.inputs,
+            particles: &particles,
+            lights: &lights,
+            dir,
+            far,
+            lighting,
+        };
         let Quality { steps, transmittance_stop, .. } = *self.quality;
         let few = compose(&pixel, steps, transmittance_stop.into());
         let many = compose(&pixel, FINER * steps, OPAQUE);

@@ -217,6 +217,70 @@ fn ratios_and_popping_in_place_of_the_cases() {
     assert!(page.contains("Popping") && page.contains("one_more_ring") && page.contains("march-"));
 }
 
+/// Two clumps with paths so few that nothing is said of their errors but that they are there.
+#[test]
+fn clumps_are_lit_in_turn_and_their_references_kept() {
+    const CLUMPS: &str = "bench --clumps --only clump-5-side --only clump-20-back-inside --seed 3 --size 12x8 --spp 4 \
+        --frames 2 --preset low --set grid_fineness=0.25 --set shadow_resolution=32 --references none --out c";
+    let place = Place::new();
+    place.write(
+        "readme.md",
+        "before\n<!-- clumps: made by cumuli bench --clumps -->\nold\n<!-- /clumps -->\nafter\n",
+    );
+    let run = place.works(&format!("{CLUMPS} --readme readme.md"));
+    let bench = json(&place, "c/bench.json");
+    check_fields(&bench, 100);
+    assert!(["runs", "curves", "motion"].iter().all(|part| bench[part] == serde_json::json!([])));
+    let clumps = &bench["clumps"];
+    assert_eq!(clumps["seed"], 3);
+    assert!(clumps["cost"].is_null(), "{clumps}");
+    let cases = clumps["cases"].as_array().expect("cases");
+    let names: Vec<_> = cases.iter().map(|c| c["case"].as_str().expect("a name")).collect();
+    assert_eq!(names, ["clump-5-side-outside", "clump-5-side-inside", "clump-20-back-inside"]);
+    for case in cases {
+        assert_eq!((&case["size"], &case["preset"]), (&serde_json::json!([12, 8]), &"low".into()));
+        let lit = case["lit"].as_array().expect("pictures");
+        let how: Vec<_> = lit.iter().map(|l| l["lighting"].as_str().expect("a name")).collect();
+        assert_eq!(how, ["grid", "octaves", "alone"]);
+        for lit in lit {
+            let error = |name: &str| lit["error"][name].as_f64().expect(name);
+            assert!(error("rel_mse") > 0.0 && error("rel_mse_of_noise") > 0.0, "{lit}");
+            let most = error("rel_mse");
+            let own = lit["rel_mse_without_noise"].as_f64().expect("an error");
+            assert!(own > 0.0 && own <= most, "{lit}");
+            check_spread(&lit["wall_ms"]);
+            check_spread(&lit["cpu_ms"]);
+        }
+        // Whole frames, made alone, take longer than without a grid; by how much no clock is asked.
+        assert_eq!(case["times"].as_array().expect("ratios").len(), 4, "{case}");
+        let name = case["case"].as_str().expect("a name");
+        assert!(!place.read(&format!("c/{name}.toml")).is_empty());
+        for of in ["reference.png", "reference.exr", "low-grid.png", "low-alone.png"] {
+            assert!(!place.read(&format!("c/{name}-{of}")).is_empty());
+        }
+    }
+    // Pictures differ: each lighting was made, and the light's errors with it.
+    let bytes = |of: &str| place.read(&format!("c/clump-5-side-outside-low-{of}.png"));
+    assert!(bytes("grid") != bytes("octaves") && bytes("octaves") != bytes("alone"));
+    let csv = String::from_utf8(place.read("c/clumps.csv")).expect("UTF-8");
+    assert_eq!(csv.lines().count(), 1 + 3 * 3);
+    assert!(csv.lines().all(|line| line.split(',').count() == 15), "{csv}");
+    let readme = String::from_utf8(place.read("readme.md")).expect("UTF-8");
+    assert!(readme.starts_with("before\n") && readme.ends_with("<!-- /clumps -->\nafter\n"));
+    assert!(readme.contains("| clump-20-back-inside low |") && !readme.contains("old"), "{readme}");
+    assert!(run.out.contains("Of 3 cases miss their targets"), "{}", run.out);
+
+    // Again, all paths are there; the same seed, the same clumps, and to the bit the same pictures.
+    let reference = place.read("c/clump-5-side-inside-reference.exr");
+    let samples = place.read("c/clump-5-side-inside.samples");
+    let again = place.works(CLUMPS);
+    assert!(!again.err.contains("paths of each pixel 1/4"), "{}", again.err);
+    assert_eq!(place.read("c/clump-5-side-inside-reference.exr"), reference);
+    assert_eq!(place.read("c/clump-5-side-inside.samples"), samples);
+    let error = |bench: &Value| bench["clumps"]["cases"][1]["lit"][2]["error"].clone();
+    assert_eq!(error(&json(&place, "c/bench.json")), error(&bench));
+}
+
 #[test]
 fn scenes_of_ones_own_and_presets_in_turn() {
     let place = Place::new();
@@ -307,11 +371,19 @@ fn what_cannot_be_measured_is_refused() {
         ("bench --out small.toml", ["small.toml", "expected a folder"]),
         ("bench --readme none.md", ["none.md", "cannot be read"]),
         ("bench --more-tables small.toml", ["small.toml", "table"]),
+        ("bench --clumps --only nowhere", ["--only", "no case"]),
+        ("bench --readme small.toml", ["small.toml", "presets"]),
+        ("bench --clumps --readme small.toml", ["small.toml", "clumps"]),
     ] {
         assert_sentence(&place.refuses(arguments), &parts);
     }
     for (arguments, part) in [
         ("bench --frames 0", "1 to 1000000"),
+        ("bench --only clump", "--clumps"),
+        ("bench --seed 2", "--clumps"),
+        ("bench --clumps --seed x", "--seed"),
+        ("bench --clumps --ratios", "--ratios"),
+        ("bench --clumps --scene small.toml", "--scene"),
         ("bench --set steps=0", "from 1 to 32"),
         ("bench --compare bench.json", "2 values"),
         ("bench --compare bench.json bench.json --quick", "--quick"),

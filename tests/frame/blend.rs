@@ -8,7 +8,9 @@ mod exact;
 mod rays;
 
 use crate::alone;
+use cumuli::frame::Lighting;
 use cumuli::frame::cpu::blend::compose;
+use cumuli::frame::gpu_data::FrameUniforms;
 use cumuli::gpu::ShaderLibrary;
 use cumuli::medium::halo::{HALO_COLUMNS, HALO_ROWS};
 use cumuli::medium::{Halo, Phase};
@@ -39,12 +41,12 @@ fn blend_does_what_its_twin_does() {
     let _turn = alone();
     let library = ShaderLibrary::new().expect("modules");
     let steps = [3, 10];
-    let mut device = Device::new(&library, &steps);
+    let mut device = Device::new(&library, Lighting::Grid, &steps);
     for (name, recipe) in cases() {
         let cloud = cloud(&recipe, 7);
         let frame = frame(cloud.altitude);
         for (kernel, steps) in steps.into_iter().enumerate() {
-            let twin = by_pixel(&frame, &cloud, |pixel| compose(pixel, steps, 0.0));
+            let twin = by_pixel(&frame, &cloud, Lighting::Grid, |pixel| compose(pixel, steps, 0.0));
             let off = errors(&device.blend(kernel, &frame, &cloud), &twin);
             println!("{name}, {steps} steps, against the twin: {off:?}");
             assert!(off.transmittance < TWIN.transmittance, "{name} {steps}: {off:?}");
@@ -52,6 +54,34 @@ fn blend_does_what_its_twin_does() {
             assert!(off.worst < TWIN.worst, "{name} {steps}: {off:?}");
             assert!(off.distance < TWIN.distance, "{name} {steps}: {off:?}");
         }
+    }
+}
+
+/// The same of what takes the light grid's place.
+#[test]
+fn blend_without_a_grid_does_what_its_twin_does() {
+    let _turn = alone();
+    let library = ShaderLibrary::new().expect("modules");
+    let steps = 6;
+    for lighting in [Lighting::Octaves, Lighting::Alone] {
+        let mut device = Device::new(&library, lighting, &[steps]);
+        let mut means = Vec::new();
+        for (name, recipe) in cases() {
+            let cloud = cloud(&recipe, 7);
+            let frame = frame(cloud.altitude);
+            // A particle alone is that of its table: nothing is scaled.
+            let delta_scale = if lighting == Lighting::Alone { 1.0 } else { frame.delta_scale };
+            let frame = FrameUniforms { delta_scale, ..frame };
+            let twin = by_pixel(&frame, &cloud, lighting, |pixel| compose(pixel, steps, 0.0));
+            let off = errors(&device.blend(0, &frame, &cloud), &twin);
+            println!("{name}, {lighting}, against the twin: {off:?}");
+            assert!(off.transmittance < TWIN.transmittance, "{name} {lighting}: {off:?}");
+            assert!(off.radiance < TWIN.radiance, "{name} {lighting}: {off:?}");
+            assert!(off.worst < TWIN.worst, "{name} {lighting}: {off:?}");
+            assert!(off.distance < TWIN.distance, "{name} {lighting}: {off:?}");
+            means.push(twin.iter().map(|pixel| pixel.radiance.element_sum()).sum::<f64>());
+        }
+        assert!(means.iter().all(|mean| *mean > 0.0), "{lighting} is dark: {means:?}");
     }
 }
 
@@ -91,11 +121,11 @@ const TRANSMITTANCE_BOUNDS: [f64; 4] = [0.026, 0.0053, 0.0016, 4e-4];
 fn blend_approaches_the_exact_compositor() {
     let _turn = alone();
     let library = ShaderLibrary::new().expect("modules");
-    let mut device = Device::new(&library, &STEPS);
+    let mut device = Device::new(&library, Lighting::Grid, &STEPS);
     for ((name, recipe), bounds) in cases().into_iter().zip(RADIANCE_BOUNDS) {
         let cloud = cloud(&recipe, 8);
         let frame = frame(cloud.altitude);
-        let exact = by_pixel(&frame, &cloud, integrate);
+        let exact = by_pixel(&frame, &cloud, Lighting::Grid, integrate);
         let merged = errors(&merge(&frame, &cloud), &exact);
         println!("{name}, merged: {merged:?}");
         for (kernel, steps) in STEPS.into_iter().enumerate() {

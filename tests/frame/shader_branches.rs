@@ -199,7 +199,7 @@ fn no_branch_depends_on_uniforms_alone() {
             if text.contains("#define_import_path ") {
                 continue;
             }
-            for def in ["LIT", "ABSORBING"] {
+            for def in ["LIT", "ABSORBING", "OCTAVES", "ALONE", "GRIDLESS"] {
                 let composed =
                     library.compose(&name, &text, &[("STEPS", 4), ("SCREEN_TILE", 8), (def, 1)]);
                 let composed = composed.unwrap_or_else(|e| panic!("{name}: {e}"));

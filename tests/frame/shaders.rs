@@ -36,6 +36,10 @@ fn all_files_compose_and_validate() {
         };
         let composed = library.compose(&name, &text, &[("STEPS", 4), ("SCREEN_TILE", 8)]);
         let composed = composed.unwrap_or_else(|e| panic!("{name}: {e}"));
+        for lighting in ["OCTAVES", "ALONE", "GRIDLESS"] {
+            let defs = [("STEPS", 4), ("SCREEN_TILE", 8), (lighting, 1)];
+            library.compose(&name, &text, &defs).unwrap_or_else(|e| panic!("{name}: {e}"));
+        }
         // No capability beyond WebGPU's core, which has f16 packed in u32.
         let core = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
         let mut validator = Validator::new(ValidationFlags::all(), core);

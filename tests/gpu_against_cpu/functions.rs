@@ -5,6 +5,7 @@ mod air;
 mod grid;
 mod listed;
 mod maps;
+mod octaves;
 mod parts;
 mod tables;
 

@@ -1,6 +1,7 @@
 //! Light at the particles against sums over all particles, without lists, in double precision.
 
 use bytemuck::Zeroable;
+use cumuli::frame::Lighting;
 use cumuli::frame::cpu;
 use cumuli::frame::cpu::lighting::aloneness;
 use cumuli::frame::gpu_data::{GridLevel, LightGridUniforms, LightView, Particle, ParticleLight};
@@ -72,6 +73,7 @@ fn on_device(
     particles: &[Particle],
     view: &LightView,
     before: &[ParticleLight],
+    lighting: Lighting,
 ) -> (Vec<ParticleLight>, Vec<u32>) {
     let sky = Sky::uniform(cpu::light_project::axis(view.towards)).pass;
     let tables = tables_on_device();
@@ -81,7 +83,7 @@ fn on_device(
         GridMedium { spreads: &spreads, tables: tables.layout(), halo: &halo, albedo: 1.0 };
     let grid = LightGridPass::new(gpu(), library(), &medium).expect("the light grid");
     let groups = [tables.layout(), sky.layout(), grid.layout()];
-    let pass = LightPass::new(gpu(), library(), &groups).expect("the light pass");
+    let pass = LightPass::new(gpu(), library(), lighting, &groups).expect("the light pass");
     let field = empty_field(&grid);
     let frame = frame(
         &Camera { position: DVec3::ZERO, target: DVec3::NEG_Z, ..Camera::default() },
@@ -102,6 +104,7 @@ fn on_device(
         &lights,
     );
     let groups = [tables.bind_group(), sky.bind_group(), &field];
+    let groups = if lighting.has_grid() { &groups[..] } else { &groups[..2] };
     submit(|compute| pass.encode(compute, &job, groups));
     (gpu().read_buffer(&lights, particles.len()).expect("the light"), order)
 }
@@ -142,10 +145,10 @@ const BOUNDS: Bounds = Bounds {
 
 /// Compares the optical depths of all particles in view and how much they are alone; the camera looks
 /// along -Z from the origin.
-fn compare(particles: &[Particle], towards: DVec3) -> Errors {
+fn compare(particles: &[Particle], towards: DVec3, lighting: Lighting) -> Errors {
     let view = light_view(towards, &BOUNDS, DVec3::ZERO);
     let none = <ParticleLight as bytemuck::Zeroable>::zeroed();
-    let (lights, order) = on_device(particles, &view, &vec![none; particles.len()]);
+    let (lights, order) = on_device(particles, &view, &vec![none; particles.len()], lighting);
     assert!(order.len() > 50 && order.len() < particles.len(), "{} in view", order.len());
     // Particles that no matter on their ray could crowd are asked for all of their depth.
     let whole = on_device(&never_crowded(particles), &view, &vec![none; particles.len()]).0;
@@ -165,7 +168,11 @@ fn compare(particles: &[Particle], towards: DVec3) -> Errors {
         let own = &particles[i];
         let centre = DVec3::from(own.centre.map(f64::from));
         let taken = cpu::light::occlusion(tables(), particles, Some(i), towards, centre);
-        let alone = aloneness(own.optical_radius.into(), taken.front + taken.behind, 0.0);
+        let alone = match lighting {
+            Lighting::Grid => aloneness(own.optical_radius.into(), taken.front + taken.behind, 0.0),
+            // Whatever there is around them.
+            Lighting::Octaves | Lighting::Alone => 1.0,
+        };
         // Smoothstep of slope 1.5 over 0.45 of a share, whose depths differ by what is told below.
         let found = light.ambient_below[3];
         let difference = (f64::from(found) - alone).abs();
@@ -208,8 +215,10 @@ const SUN: DVec3 = DVec3::new(0.05, 0.95, 0.3);
 #[test]
 fn uniform_particles_shade_each_other_exactly() {
     let particles = scene(1, 70);
-    for towards in [SUN.normalize(), DVec3::Y] {
-        let errors = compare(&particles, towards);
+    for (towards, lighting) in
+        [(SUN.normalize(), Lighting::Grid), (DVec3::Y, Lighting::Grid), (DVec3::Y, Lighting::Alone)]
+    {
+        let errors = compare(&particles, towards, lighting);
         // Places of 2000 m are rounded to 1e-4 m. On a line that grazes a sphere of 150 m that makes
         // sqrt(2 x 150 x 1e-4) = 0.17 m of half a chord, 0.007 of optical depth at 0.02 / m. Such
         // lines are rare, which the root mean square shows.
@@ -221,7 +230,7 @@ fn uniform_particles_shade_each_other_exactly() {
 #[test]
 fn shaped_particles_shade_each_other_by_the_tables() {
     let particles = scene(tables().shape_names().count() as u32, 71);
-    let errors = compare(&particles, SUN.normalize());
+    let errors = compare(&particles, SUN.normalize(), Lighting::Grid);
     // Filtering hardware places a fetch to 1/256 of a texel: the table's twin test allows for 0.004 of
     // mean density x chord in radii and 0.02 of a share. With optical radii up to 3 and ten particles
     // on a line up to 0.08.
@@ -240,7 +249,7 @@ fn light_of_this_epoch_stays() {
         ..<ParticleLight as bytemuck::Zeroable>::zeroed()
     };
     let before: Vec<_> = (0..particles.len()).map(|i| mark((i % 2) as f32)).collect();
-    let (lights, order) = on_device(&particles, &view, &before);
+    let (lights, order) = on_device(&particles, &view, &before, Lighting::Grid);
     for &i in &order {
         let i = i as usize;
         let kept = lights[i] == before[i];
@@ -258,7 +267,8 @@ fn dense_clumps_stay_finite_and_dark() {
     let particles = never_crowded(&particles);
     let view = light_view(SUN.normalize(), &BOUNDS, DVec3::ZERO);
     let none = <ParticleLight as bytemuck::Zeroable>::zeroed();
-    let (lights, order) = on_device(&particles, &view, &vec![none; particles.len()]);
+    let (lights, order) =
+        on_device(&particles, &view, &vec![none; particles.len()], Lighting::Grid);
     let towards = cpu::light_project::axis(view.towards);
     let mut dark = 0;
     for &i in &order {

@@ -3,8 +3,10 @@
 use glam::{DQuat, DVec3};
 
 use super::lighting::{RayLight, mean_sunlight, own_share};
+use super::octaves::{octave_sources, octave_sunlight, octave_transmittance};
 use super::segments::{ChordInputs, Composed, mean_scatter_fraction};
 use crate::frame::gpu_data::{Particle, ParticleLight};
+use crate::frame::settings::Lighting;
 
 /// Bins of a block.
 pub const BINS: usize = 8;
@@ -27,6 +29,8 @@ pub struct Pixel<'a> {
     pub dir: DVec3,
     /// m, to the ground.
     pub far: f64,
+    /// What the light of its surroundings is.
+    pub lighting: Lighting,
 }
 
 /// Of one bin: optical depth, that among others, and source of what is alone.
@@ -94,6 +98,38 @@ impl Pixel<'_> {
         begin.is_finite().then_some((begin, smallest))
     }
 
+    /// Adds a block lit by octaves, or each particle by itself.
+    fn compose_without_grid(
+        &self,
+        ray: &RayLight<'_>,
+        block: &Block,
+        [begin, end]: [f64; 2],
+        sum: &mut Composed,
+    ) {
+        let frame = self.inputs.frame;
+        let (albedo, cosine) = (f64::from(frame.albedo), self.dir.dot(vector(&frame.sun)));
+        let sources = octave_sources(ray.first, cosine, frame.mean_cosine.into(), albedo);
+        let step = (end - begin) / BINS as f64;
+        for (i, bin) in block.bins.iter().enumerate().filter(|(_, bin)| bin.tau > 0.0) {
+            let weight = sum.transmittance * -(-bin.tau).exp_m1();
+            let within = mean_scatter_fraction(bin.tau);
+            let (sun, around) = match self.lighting {
+                Lighting::Octaves => {
+                    let depths = ray.depths(begin, step, i);
+                    let at = depths[0] + (depths[1] - depths[0]) * within;
+                    let to_eye = within * bin.tau - sum.transmittance.max(DARK).ln();
+                    let around = 0.5 * (octave_transmittance(at) + octave_transmittance(to_eye));
+                    (octave_sunlight(&sources, depths[0], depths[1], bin.tau), around)
+                }
+                Lighting::Grid | Lighting::Alone => (bin.own / bin.tau, 1.0),
+            };
+            let colours = sun * block.sun + 0.5 * albedo * around * (block.above + block.below);
+            sum.radiance += weight * colours / block.matter;
+            sum.distance += weight * (begin + step * (i as f64 + within));
+            sum.transmittance *= (-bin.tau).exp();
+        }
+    }
+
     /// Adds what a particle has between `begin` and the end of a block with these steps (m).
     fn add(&self, block: &mut Block, index: usize, begin: f64, step: f64) {
         let (particle, light) = (&self.particles[index], &self.lights[index]);
@@ -110,7 +146,10 @@ impl Pixel<'_> {
         let optical_radius = f64::from(particle.optical_radius);
         let first = (a - begin) / step;
         let last = ((b - begin) / step).max(first + LEAST_PART);
-        let alone = f64::from(light.ambient_below[3]);
+        let alone = match self.lighting {
+            Lighting::Grid | Lighting::Alone => f64::from(light.ambient_below[3]),
+            Lighting::Octaves => 0.0,
+        };
         let mut own = 0.0;
         if alone > 0.0 {
             let entry = place(span.near);
@@ -162,7 +201,14 @@ pub fn compose(pixel: &Pixel<'_>, steps: u32, stop: f64) -> Composed {
             pixel.add(&mut block, index, begin, step);
         }
         if block.matter > 0.0 {
-            compose_block(&ray, &block, [begin, end], &mut since_gap, &mut sum);
+            match pixel.lighting {
+                Lighting::Grid => {
+                    compose_block(&ray, &block, [begin, end], &mut since_gap, &mut sum);
+                }
+                Lighting::Octaves | Lighting::Alone => {
+                    pixel.compose_without_grid(&ray, &block, [begin, end], &mut sum);
+                }
+            }
         }
         if sum.transmittance <= stop {
             break;
@@ -182,6 +228,17 @@ impl Block {
         let within =
             first * mean_scatter_fraction(near) + second * (1.0 + mean_scatter_fraction(far));
         bin as f64 + within / (first + second)
+    }
+}
+
+impl RayLight<'_> {
+    /// Depths to the sun at the ends of a bin of a block: exact at the ends of every second bin, linear between them.
+    fn depths(&self, begin: f64, step: f64, bin: usize) -> [f64; 2] {
+        let first = bin / 2 * 2;
+        let pair =
+            [first, first + 2].map(|b| (self.sun_depth)((begin + step * b as f64) * self.dir));
+        let middle = 0.5 * (pair[0] + pair[1]);
+        if bin.is_multiple_of(2) { [pair[0], middle] } else { [middle, pair[1]] }
     }
 }
 
@@ -205,11 +262,7 @@ fn compose_block(
     let (mut sunlight, mut above, mut below) = (0.0, 0.0, 0.0);
     for (i, bin) in block.bins.iter().enumerate().filter(|(_, bin)| bin.tau > 0.0) {
         let opacity = -(-bin.tau).exp_m1();
-        // The depth at the ends of every second bin, linear between them.
-        let ends = [i / 2 * 2, i / 2 * 2 + 2];
-        let pair = ends.map(depth);
-        let middle = 0.5 * (pair[0] + pair[1]);
-        let [front, back] = if i % 2 == 0 { [pair[0], middle] } else { [middle, pair[1]] };
+        let [front, back] = ray.depths(begin, step, i);
         let lit = once * bin.crowded * mean_sunlight(front, back, bin.tau);
         let within = mean_scatter_fraction(bin.tau);
         let seen = ray.field.at((begin + step * block.light_comes_from(i / 2 * 2)) * ray.dir);

@@ -9,6 +9,7 @@ pub mod light_grid;
 pub mod light_project;
 pub mod lighting;
 pub mod noise;
+pub mod octaves;
 pub mod rings;
 pub mod scan;
 pub mod screen_project;

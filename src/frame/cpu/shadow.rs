@@ -233,8 +233,17 @@ impl Maps<'_> {
 
     /// Optical depth from a point (m, relative to the camera) to the sun.
     pub fn depth(&self, point: DVec3) -> f64 {
+        self.depth_up_to(MOST_DEPTH, point)
+    }
+
+    /// The same where octaves look: they see light through more.
+    pub fn depth_for_octaves(&self, point: DVec3) -> f64 {
+        self.depth_up_to(DARKEST, point)
+    }
+
+    fn depth_up_to(&self, most: f64, point: DVec3) -> f64 {
         let Some(look_up) = LookUp::new(self.uniforms, point) else { return 0.0 };
-        look_up.mix(|texel| self.nodes(look_up.map, texel).depth(look_up.at))
+        look_up.mix(most, |texel| self.nodes(look_up.map, texel).depth(look_up.at))
     }
 }
 
@@ -268,12 +277,12 @@ impl LookUp {
         })
     }
 
-    /// Depths of the four texels, none of which counts as deeper than [`MOST_DEPTH`], weighted.
-    fn mix(&self, depth: impl Fn([i64; 2]) -> f64) -> f64 {
+    /// Depths of the four texels, none of which counts as deeper than the most, weighted.
+    fn mix(&self, most: f64, depth: impl Fn([i64; 2]) -> f64) -> f64 {
         let ([x, y], [u, v]) = (self.first, self.share.to_array());
         let four = [[x, y], [x + 1, y], [x, y + 1], [x + 1, y + 1]];
         let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
-        let depth = |texel| depth(texel).min(MOST_DEPTH);
+        let depth = |texel| depth(texel).min(most);
         four.map(depth).iter().zip(weights).map(|(d, w)| d * w).sum()
     }
 }
@@ -283,7 +292,7 @@ impl LookUp {
 pub fn between_texels(maps: &ShadowUniforms, point: DVec3, truth: impl Fn(DVec3) -> f64) -> f64 {
     let Some(look_up) = LookUp::new(maps, point) else { return 0.0 };
     let side = f64::from(maps.corner[look_up.map][2]);
-    look_up.mix(|texel| {
+    look_up.mix(MOST_DEPTH, |texel| {
         let texel = DVec2::new(texel[0] as f64, texel[1] as f64);
         let first = DVec2::new(look_up.first[0] as f64, look_up.first[1] as f64);
         let beside = (texel - first - look_up.share) * side;

@@ -4,6 +4,7 @@ use super::*;
 use crate::frame::gpu_data::{FrameUniforms, LightView, ShadowUniforms};
 use crate::frame::in_view::InView;
 use crate::frame::rings::PlacedField;
+use crate::frame::settings::Lighting;
 use crate::scene::CloudField;
 
 fn key() -> FrameKey {
@@ -15,7 +16,33 @@ fn key() -> FrameKey {
         shadow: ShadowUniforms::zeroed(),
         in_view: InView { clouds: true, ground: true },
         opaque: None,
+        lighting: Lighting::Grid,
         sun_asked: false,
+    }
+}
+
+/// What takes the grid's place skips what is made of it, and says why.
+#[test]
+fn other_lightings_make_no_grid() {
+    let without = |lighting| {
+        let now = FrameKey { lighting, ..key() };
+        let plan = frame(&mut Changes::default(), &now, true, NONE);
+        for pass in [Pass::LightGrid, Pass::LightField, Pass::AirShadow] {
+            let decision = plan.decisions().iter().find(|d| d.pass == pass).expect("all passes");
+            assert_eq!(decision.reason, "clouds are lit without the light grid", "{pass:?}");
+            assert!(!decision.runs);
+        }
+        own_passes().into_iter().filter(|p| !plan.runs(*p)).collect::<Vec<_>>()
+    };
+    let of_grid = [Pass::LightGrid, Pass::LightField, Pass::AirShadow];
+    assert_eq!(without(Lighting::Octaves), of_grid);
+    assert_eq!(without(Lighting::Alone), of_grid);
+    // The ground shows shadows: without it, maps are made for what looks depths up in them.
+    let in_view = InView { clouds: true, ground: false };
+    for lighting in Lighting::ALL {
+        let now = FrameKey { lighting, in_view, ..key() };
+        let plan = frame(&mut Changes::default(), &now, true, NONE);
+        assert_eq!(plan.runs(Pass::Shadow), lighting.has_maps(), "{lighting}");
     }
 }
 

@@ -45,6 +45,7 @@ impl Renderer {
         let shown = if self.make_unseen { in_view::in_view(scene, time, size) } else { in_view };
         let has_air_shadow = any
             && shown.clouds
+            && self.quality.lighting.has_grid()
             && matches!(scene.sky, Sky::Atmosphere)
             && self.omit != Some(Pass::AirShadow)
             && !self.composer.as_ref().is_some_and(|c| c.unneeded().contains(&Pass::AirShadow));
@@ -78,6 +79,7 @@ impl Renderer {
             ),
             in_view,
             opaque: self.opaque.clone(),
+            lighting: self.quality.lighting,
             sun_asked: self.sun_asked,
         })
     }

@@ -73,6 +73,9 @@ impl Renderer {
         }
 
         let (tables, sky_bindings) = (self.tables.bind_group(), self.sky.bind_group());
+        let field = self.grid.bind_group();
+        let is_lit = field.is_some() || !key.lighting.has_grid();
+        let lit_by: Vec<_> = [tables, sky_bindings].into_iter().chain(field).collect();
         let mut encoder = gpu
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
@@ -104,15 +107,17 @@ impl Renderer {
                     return passes.light_grid.encode_solve(gpu, encoder, with, &self.grid, grid);
                 }
                 if pass == Pass::Blend {
-                    let Some(field) = self.grid.bind_group() else { return };
-                    let groups = [tables, sky_bindings, field];
-                    if let Some(composer) = &self.composer {
+                    if !is_lit {
+                        return;
+                    }
+                    if let (Some(composer), Some(field)) = (&self.composer, field) {
+                        let groups = [tables, sky_bindings, field];
                         let inputs =
                             ComposeInputs { resources, shadow: &self.shadow, phase: &self.phase };
                         composer.encode(gpu, &mut compute_pass(encoder, pass), &inputs, groups);
                         return;
                     }
-                    return encode_blend(gpu, passes, encoder, resources, work, &before, groups);
+                    return encode_blend(gpu, passes, encoder, resources, work, &before, &lit_by);
                 }
                 let compute = &mut compute_pass(encoder, pass);
                 match pass {
@@ -143,9 +148,8 @@ impl Renderer {
                         pictures.iter().for_each(|(l, _)| l.encode_lists(compute, &passes.lists));
                     }
                     Pass::Light => {
-                        if let Some(field) = self.grid.bind_group() {
-                            let groups = [tables, sky_bindings, field];
-                            passes.light.encode(compute, &resources.light.job, groups);
+                        if is_lit {
+                            passes.light.encode(compute, &resources.light.job, &lit_by);
                         }
                     }
                     Pass::Shadow => {
@@ -158,7 +162,7 @@ impl Renderer {
                         );
                     }
                     Pass::AirShadow => {
-                        if let Some(field) = self.grid.bind_group() {
+                        if let Some(field) = field {
                             let groups = [self.sky.march_group(), sky_bindings, field];
                             let bindings = &resources.air_shadow_bindings;
                             passes.air_shadow.encode(compute, key.frame.size, bindings, groups);
@@ -212,7 +216,7 @@ fn encode_blend(
     resources: &Resources,
     work: &Work<'_>,
     before: &Option<ReuseUniforms>,
-    groups: [&wgpu::BindGroup; 3],
+    groups: &[&wgpu::BindGroup],
 ) {
     let FrameUniforms { blocks: [columns, rows], stride, .. } = work.key.frame;
     let in_place = &resources.blend_bindings;

@@ -9,6 +9,7 @@ fn sequence(folder: &Path) -> Sequence {
             tables: "embedded".to_owned(),
             size: [16, 9],
             preset: Some(Preset::Low),
+            lighting: None,
             reference: None,
             start_time: 10.0,
             fps: 4.0,
@@ -104,9 +105,10 @@ fn frames_of_other_settings_are_refused_or_replaced_but_never_mixed() {
     let report = longer.run(fake, ignore).expect("more frames of the same");
     assert_eq!(report, SequenceReport { kept: 6, written: 2 });
 
-    let changes: [fn(&mut SequenceKey); 7] = [
+    let changes: [fn(&mut SequenceKey); 8] = [
         |k| k.scene.push('!'),
         |k| k.preset = Some(Preset::High),
+        |k| k.lighting = Some(Lighting::Octaves),
         |k| k.reference = Some("64 paths".to_owned()),
         |k| k.fps = 5.0,
         |k| k.path = Some("a path".to_owned()),

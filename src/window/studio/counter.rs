@@ -46,6 +46,6 @@ impl Composer for StepCounter {
         let targets = &resources.targets;
         let bindings = self.blend.bind(gpu, &blend, [&targets.clouds, &targets.distance]);
         let [columns, rows] = resources.layout.size;
-        self.blend.encode(gpu, pass, [columns, rows, 1], &bindings, groups);
+        self.blend.encode(gpu, pass, [columns, rows, 1], &bindings, &groups);
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::TABLES;
 use bytemuck::Zeroable;
+use cumuli::frame::Lighting;
 use cumuli::frame::cpu::light_grid::FieldSeen;
 use cumuli::frame::cpu::shadow::Maps;
 use cumuli::frame::gpu_data::{
@@ -128,8 +129,12 @@ impl Shadow {
     }
 
     /// Of a point, m from the eye.
-    pub(super) fn depth(&self, point: DVec3) -> f64 {
-        Maps { uniforms: &self.maps, texels: &self.texels }.depth(point)
+    pub(super) fn depth(&self, point: DVec3, lighting: Lighting) -> f64 {
+        let maps = Maps { uniforms: &self.maps, texels: &self.texels };
+        match lighting {
+            Lighting::Octaves => maps.depth_for_octaves(point),
+            Lighting::Grid | Lighting::Alone => maps.depth(point),
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The blend pass alone on the device.
 
 use crate::{GPU, TABLES};
+use cumuli::frame::Lighting;
 use cumuli::frame::cpu::light_grid::FieldSeen;
 use cumuli::frame::gpu_data::FrameUniforms;
 use cumuli::frame::light_grid::{GridMedium, LightGridPass, Spreads};
@@ -19,13 +20,14 @@ use super::{HALO, PHASE, SIZE};
 
 pub(super) struct Device {
     pub(super) kernels: Vec<Kernel>,
+    pub(super) lighting: Lighting,
     pub(super) tables: TablesGpu,
     pub(super) sky: SkyPass,
     pub(super) grid: LightGridPass,
 }
 
 impl Device {
-    pub(super) fn new(library: &ShaderLibrary, steps: &[u32]) -> Self {
+    pub(super) fn new(library: &ShaderLibrary, lighting: Lighting, steps: &[u32]) -> Self {
         let tables = TablesGpu::new(&GPU, &TABLES, &PHASE, 1.0).expect("tables");
         let sky = SkyPass::new(&GPU, library).expect("a sky");
         let spreads = Spreads(vec![1.0; 6]);
@@ -35,16 +37,21 @@ impl Device {
         let groups = [tables.layout(), sky.layout(), grid.layout()];
         let kernel = |steps: &u32| {
             let file = shader_file!("frame/blend.wgsl");
-            Kernel::new(
-                &GPU,
-                library,
-                file,
-                &[("STEPS", *steps), ("SCREEN_TILE", SCREEN_TILE)],
-                &groups,
-            )
-            .expect("a kernel")
+            let mut defs = vec![("STEPS", *steps), ("SCREEN_TILE", SCREEN_TILE)];
+            let groups = match lighting {
+                Lighting::Grid => &groups[..],
+                Lighting::Octaves => {
+                    defs.push(("OCTAVES", 1));
+                    &groups[..2]
+                }
+                Lighting::Alone => {
+                    defs.push(("ALONE", 1));
+                    &groups[..2]
+                }
+            };
+            Kernel::new(&GPU, library, file, &defs, groups).expect("a kernel")
         };
-        Self { kernels: steps.iter().map(kernel).collect(), tables, sky, grid }
+        Self { kernels: steps.iter().map(kernel).collect(), lighting, tables, sky, grid }
     }
 
     /// Radiance and transmittance, and distance, of every pixel.
@@ -99,6 +106,7 @@ impl Device {
             buffers::uniform(gpu, "shadow maps", &cloud.shadow.maps),
             buffers::storage_with(gpu, "shadow texels", &cloud.shadow.texels),
         ];
+        let maps = if self.lighting.has_maps() { &shadow[..] } else { &[] };
         let nothing = OpaqueJob::none(gpu);
         let views = [&radiance, &distance].map(|t| t.create_view(&Default::default()));
         let resources: Vec<_> = uniforms
@@ -106,7 +114,7 @@ impl Device {
             .map(|buffer| buffer.as_entire_binding())
             .chain(views.iter().map(wgpu::BindingResource::TextureView))
             .chain([wgpu::BindingResource::TextureView(&nothing.distances)])
-            .chain(shadow.iter().map(|buffer| buffer.as_entire_binding()))
+            .chain(maps.iter().map(|buffer| buffer.as_entire_binding()))
             .collect();
         let field = field_on_device(&self.grid, &cloud.field);
         let kernel = &self.kernels[kernel];
@@ -119,7 +127,9 @@ impl Device {
             pass.set_bind_group(0, &bindings, &[]);
             pass.set_bind_group(1, self.tables.bind_group(), &[]);
             pass.set_bind_group(2, self.sky.bind_group(), &[]);
-            pass.set_bind_group(3, &field, &[]);
+            if self.lighting.has_grid() {
+                pass.set_bind_group(3, &field, &[]);
+            }
             pass.dispatch_workgroups(frame.tiles[0], frame.tiles[1], 1);
         }
         gpu.queue.submit([encoder.finish()]);

@@ -1,6 +1,7 @@
 //! What the blend is compared with: an integration in small steps, and the merge of the original.
 
 use crate::TABLES;
+use cumuli::frame::Lighting;
 use cumuli::frame::cpu::blend::Pixel;
 use cumuli::frame::cpu::lighting::Before;
 use cumuli::frame::cpu::segments::{Composed, compose as compose_segments};
@@ -19,7 +20,7 @@ pub(super) fn merge(frame: &FrameUniforms, cloud: &Cloud) -> (Vec<[f32; 4]>, Vec
         let seen = compose_segments(&chords, &pixel.inputs.ray(pixel.dir), 1, 0.0);
         (seen.radiance.extend(seen.transmittance).as_vec4().to_array(), seen.distance as f32)
     };
-    by_pixel(frame, cloud, pixel).into_iter().unzip()
+    by_pixel(frame, cloud, Lighting::Grid, pixel).into_iter().unzip()
 }
 
 /// Steps of the exact compositor in a radius of the smallest particle on a stretch of the ray.

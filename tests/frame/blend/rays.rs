@@ -2,6 +2,7 @@
 
 use crate::TABLES;
 use bytemuck::Zeroable;
+use cumuli::frame::Lighting;
 use cumuli::frame::cpu::atmosphere::distance_to_ground;
 use cumuli::frame::cpu::blend::Pixel;
 use cumuli::frame::cpu::lighting::SunDepth;
@@ -28,6 +29,7 @@ pub(super) fn frame(altitude: f64) -> FrameUniforms {
         camera_altitude: altitude as f32,
         albedo: 1.0,
         delta_scale: 0.45,
+        mean_cosine: 0.85,
         has_ground: u32::from(altitude > 0.0),
         ..FrameUniforms::zeroed()
     }
@@ -62,9 +64,10 @@ pub(super) fn pixel_direction(frame: &FrameUniforms, i: u32) -> DVec3 {
 pub(super) fn by_pixel<T>(
     frame: &FrameUniforms,
     cloud: &Cloud,
+    lighting: Lighting,
     mut f: impl FnMut(&Pixel<'_>) -> T,
 ) -> Vec<T> {
-    let sun_depth = |point| cloud.shadow.depth(point);
+    let sun_depth = |point| cloud.shadow.depth(point, lighting);
     let inputs = inputs(frame, cloud, &sun_depth);
     let pixel = |i: u32| {
         let dir = pixel_direction(frame, i);
@@ -72,7 +75,7 @@ pub(super) fn by_pixel<T>(
             if cloud.altitude > 0.0 { distance_to_ground(cloud.altitude, dir.y) } else { -1.0 };
         let far = if ground >= 0.0 { ground } else { 1e30 };
         let (particles, lights) = (&cloud.particles, &cloud.lights);
-        f(&Pixel { inputs: &inputs, particles, lights, dir, far })
+        f(&Pixel { inputs: &inputs, particles, lights, dir, far, lighting })
     };
     (0..SIZE[0] * SIZE[1]).map(pixel).collect()
 }
