@@ -4,9 +4,11 @@ mod bricks;
 pub mod halo;
 pub mod phase;
 pub mod shape;
+pub mod sea;
 mod truncation;
 
 pub use halo::Halo;
 pub use phase::{Phase, PhaseParams, PreparedPhase};
+pub use sea::{Sea, fresnel};
 pub use shape::{Shape, ShapeKind, ShapeSpec, VOLUME_CELL};
 pub use truncation::Truncation;

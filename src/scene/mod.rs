@@ -18,7 +18,7 @@ mod weather;
 
 use std::path::Path;
 
-pub use bodies::{Ground, Medium, Sky, Sun};
+pub use bodies::{Ground, GroundKind, Medium, Sky, Sun};
 pub use camera::{Camera, CameraBasis};
 pub use clouds::CloudField;
 pub use particles::ParticleSpec;

@@ -284,7 +284,7 @@ impl Corners {
         for albedo in [0.0, 1.0] {
             let mut scene = clump(DVec3::new(0.0, 300.0, 0.0));
             scene.sky = Sky::Atmosphere;
-            scene.ground = Some(Ground { albedo: DVec3::splat(albedo) });
+            scene.ground = Some(Ground::plain(DVec3::splat(albedo)));
             self.add(format!("a ground of albedo {albedo}"), scene);
         }
     }
