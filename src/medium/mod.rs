@@ -3,8 +3,8 @@
 mod bricks;
 pub mod halo;
 pub mod phase;
-pub mod shape;
 pub mod sea;
+pub mod shape;
 mod truncation;
 
 pub use halo::Halo;

@@ -269,7 +269,11 @@ fn gauss(weights: &[[f64; 2]]) -> Rule {
         let sign = polynomial(low, N, &a, &b).signum();
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if polynomial(middle, N, &a, &b).signum() == sign { low = middle } else { high = middle }
+            if polynomial(middle, N, &a, &b).signum() == sign {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         0.5 * (low + high)
     };

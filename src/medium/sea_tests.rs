@@ -40,7 +40,8 @@ fn flat_water_reflects_what_is_published() {
         .map(|i| fresnel(((f64::from(i) + 0.5) / f64::from(STEPS)).sqrt()) / f64::from(STEPS))
         .sum();
     let s = n * n;
-    let walsh = 0.5 + (n - 1.0) * (3.0 * n + 1.0) / (6.0 * (n + 1.0).powi(2))
+    let walsh = 0.5
+        + (n - 1.0) * (3.0 * n + 1.0) / (6.0 * (n + 1.0).powi(2))
         + s * (s - 1.0).powi(2) / (s + 1.0).powi(3) * ((n - 1.0) / (n + 1.0)).ln()
         - 2.0 * n.powi(3) * (s + 2.0 * n - 1.0) / ((s + 1.0) * (s * s - 1.0))
         + 8.0 * s * s * (s * s + 1.0) / ((s + 1.0) * (s * s - 1.0).powi(2)) * n.ln();
@@ -107,8 +108,7 @@ fn no_light_is_made_and_none_is_lost() {
                 for j in 0..STEPS {
                     let azimuth = PI * (f64::from(j) + 0.5) / f64::from(STEPS);
                     let light = direction(up, azimuth);
-                    sum += sea.glitter(DVec3::Z, view, light) * up * width * TAU
-                        / f64::from(STEPS);
+                    sum += sea.glitter(DVec3::Z, view, light) * up * width * TAU / f64::from(STEPS);
                 }
             }
             let share = sea.reflected_share(mu);

@@ -1,12 +1,10 @@
 //! Sun, sky, ground and what the clouds are made of.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::vector;
-use crate::medium::{Phase, Sea};
+use crate::medium::Phase;
 
 /// The sun: parallel light from a small disc.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -91,11 +89,11 @@ impl Ground {
         Self { kind: GroundKind::Sea { wind_speed }, albedo }
     }
 
-    /// Its waves, where it is a sea.
-    pub fn waves(&self) -> Option<Arc<Sea>> {
+    /// The wind over it, where it is a sea, m/s.
+    pub fn wind_speed(&self) -> Option<f64> {
         match self.kind {
             GroundKind::Plain => None,
-            GroundKind::Sea { wind_speed } => Some(Sea::new(wind_speed)),
+            GroundKind::Sea { wind_speed } => Some(wind_speed),
         }
     }
 }

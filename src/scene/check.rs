@@ -2,7 +2,8 @@
 
 use super::fault::{At, Checked};
 use super::{
-    Camera, Channel, CloudField, GroundKind, ParticleSpec, Scene, Sky, Sun, WeatherMap, limits, vector,
+    Camera, Channel, CloudField, GroundKind, ParticleSpec, Scene, Sky, Sun, WeatherMap, limits,
+    vector,
 };
 
 /// All of a scene.

@@ -86,9 +86,9 @@ impl GroundTable {
         match (self.kind, self.wind_speed) {
             (GroundName::Plain, None) => Ok(Ground::plain(self.albedo)),
             (GroundName::Sea, Some(wind_speed)) => Ok(Ground::sea(wind_speed, self.albedo)),
-            (GroundName::Plain, Some(_)) => {
-                Err(at.key("wind_speed").fault("only a sea has a wind_speed, expected kind = \"sea\" with it"))
-            }
+            (GroundName::Plain, Some(_)) => Err(at
+                .key("wind_speed")
+                .fault("only a sea has a wind_speed, expected kind = \"sea\" with it")),
             (GroundName::Sea, None) => Err(at
                 .key("wind_speed")
                 .fault("is missing, a sea needs it: expected a speed in m/s")),

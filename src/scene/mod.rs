@@ -143,6 +143,11 @@ impl Scene {
             (None, Sky::Uniform { .. }) => None,
         }
     }
+
+    /// Whether the ground is a sea.
+    pub fn is_sea(&self) -> bool {
+        self.effective_ground().is_some_and(|ground| ground.wind_speed().is_some())
+    }
 }
 
 /// Checks a time in seconds that comes from outside; `place` names it ("--time").

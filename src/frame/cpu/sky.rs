@@ -38,7 +38,7 @@ impl Sky {
     /// Makes the tables of the air; rays will be marched in `steps` steps.
     pub fn new(inputs: &SkyInputs, steps: u32) -> Self {
         let albedo = reflectance(inputs.ground_albedo.as_dvec3());
-        Self::with_air(inputs, steps, Air::new(Coefficients::earth(), albedo))
+        Self::with_air(inputs, steps, Air::new(Coefficients::earth(), albedo, inputs.sea()))
     }
 
     /// The same with tables of the air that are there already: those of another sky over the same
@@ -129,7 +129,10 @@ impl Sky {
         if let Some(radiance) = self.uniform() {
             let by_sun = self.irradiance * self.sun.y.max(0.0) / PI;
             let ground = self.inputs.ground_albedo.as_dvec3();
-            let lit = ground * (shares[0] * by_sun + shares[1] * radiance);
+            let reflected = self.air.reflected(self.sun.y);
+            let [by_sun, by_sky] = [(reflected[0], by_sun), (reflected[1], radiance.x)]
+                .map(|(share, light)| (ground + share * (1.0 - ground)) * light);
+            let lit = shares[0] * by_sun + shares[1] * by_sky;
             return if self.inputs.has_ground { lit } else { radiance };
         }
         let [_, air, by_sun, by_sky] = self.air.hemispheres(altitude.max(0.0), self.sun.y);
