@@ -10,6 +10,7 @@ use super::passes::Passes;
 use super::picture_lists::{PictureLists, Projection};
 use super::reuse::ReuseJob;
 use super::rings::{RingJob, particle_count_buffer};
+use super::sea::Reflected;
 use super::shadow::ShadowJob;
 use super::targets::Targets;
 use super::tile_lists::ListSize;
@@ -111,7 +112,7 @@ pub struct Resources {
     /// Binding of the air shadow pass.
     pub air_shadow_bindings: wgpu::BindGroup,
     /// What a sea reflects, on the same rays.
-    pub reflected: Option<wgpu::Buffer>,
+    pub reflected: Option<Reflected>,
     /// Counts of the blend: look-ups, pixels, empty tiles; then where it has something to do.
     pub blend_counts: wgpu::Buffer,
     /// Binding of the blend, to the pixels.
@@ -224,8 +225,8 @@ impl Resources {
         let [radiance, sunlit] = opaque.radiance(None);
         let of_opaque = [&opaque.distances, radiance, sunlit];
         let sea = passes.sea.as_ref().filter(|_| layout.has_sea);
-        let reflected = sea.map(|sea| sea.reflected(gpu, layout.size));
-        let of_rays = [Some(&changed_light), reflected.as_ref()];
+        let reflected = sea.map(|sea| sea.buffers(gpu, layout.size));
+        let of_rays = [Some(&changed_light), reflected.as_ref().map(|r| &r.light)];
         let resolve = sea.map_or(&passes.resolve, |sea| &sea.resolve);
         let resolve_bindings = resolve.bind(gpu, &frame, shadow, of_rays, &targets, of_opaque);
         let tonemap_bindings = passes.tonemap.bind(gpu, &frame, &targets);
@@ -268,7 +269,7 @@ impl Resources {
             + self.light.lists.bytes()
             + self.targets.bytes()
             + self.changed_light.size()
-            + self.reflected.as_ref().map_or(0, wgpu::Buffer::size)
+            + self.reflected.as_ref().map_or(0, Reflected::bytes)
             + self.reuse.as_ref().map_or(0, |(job, _)| job.bytes())
     }
 }

@@ -55,6 +55,21 @@ pub struct Clouded<'a> {
     pub field: &'a wgpu::BindGroup,
 }
 
+/// What a sea reflects, ray after ray.
+pub struct Reflected {
+    /// Of sky and clouds.
+    pub light: wgpu::Buffer,
+    /// What clouds change of it, before it is smoothed.
+    change: wgpu::Buffer,
+}
+
+impl Reflected {
+    /// Device memory, bytes.
+    pub fn bytes(&self) -> u64 {
+        self.light.size() + self.change.size()
+    }
+}
+
 impl SeaPass {
     /// Compiles the pass. `groups`: the sky's tables that don't depend on the view, those that do, the light field.
     pub fn new(
@@ -72,10 +87,11 @@ impl SeaPass {
         })
     }
 
-    /// What it leaves for a picture of this size, pixels.
-    pub fn reflected(&self, gpu: &Gpu, size: [u32; 2]) -> wgpu::Buffer {
+    /// What it leaves for a picture of this size (pixels), and on the way there.
+    pub fn buffers(&self, gpu: &Gpu, size: [u32; 2]) -> Reflected {
         let [across, up] = corners(size).map(|c| c as usize);
-        buffers::storage(gpu, "reflected", across * up, size_of::<[f32; 4]>())
+        let rays = |label| buffers::storage(gpu, label, across * up, size_of::<[f32; 4]>());
+        Reflected { light: rays("reflected"), change: rays("changed sky") }
     }
 
     /// Takes the waves of the next frames.
@@ -89,7 +105,7 @@ impl SeaPass {
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         size: [u32; 2],
-        [frame, reflected]: [&wgpu::Buffer; 2],
+        (frame, reflected): (&wgpu::Buffer, &Reflected),
         sky: &wgpu::TextureView,
         groups: [&wgpu::BindGroup; 2],
         clouds: Option<&Clouded<'_>>,
@@ -98,12 +114,13 @@ impl SeaPass {
             frame.as_entire_binding(),
             self.waves.as_entire_binding(),
             wgpu::BindingResource::TextureView(sky),
-            reflected.as_entire_binding(),
+            reflected.light.as_entire_binding(),
         ];
         let kernel = match clouds {
             Some(clouds) => {
                 resources.push(clouds.phase.as_entire_binding());
                 resources.push(clouds.sun_mean.as_entire_binding());
+                resources.push(reflected.change.as_entire_binding());
                 pass.set_bind_group(3, clouds.field, &[]);
                 &self.clouded
             }
@@ -116,5 +133,9 @@ impl SeaPass {
         }
         let [across, up] = corners(size).map(|c| c.div_ceil(WORKGROUP));
         pass.dispatch_workgroups(across, up, 1);
+        if clouds.is_some() {
+            pass.set_pipeline(kernel.pipeline("smooth_clouds"));
+            pass.dispatch_workgroups(across, up, 1);
+        }
     }
 }

@@ -57,8 +57,8 @@ fn rough_water_reflects_less() {
     let level = [1.0, 0.3, 0.1].map(|mu| WINDS.map(|wind| Sea::new(wind).reflectance(mu)));
     println!("winds {WINDS:?}: of an even sky {means:.4?}, at mu 1, 0.3, 0.1 {level:.4?}");
     assert!(means.is_sorted_by(|a, b| a > b) && means[0] < 0.067 && means[3] > 0.03);
-    // From above all facets are nearly level.
-    assert!(level[0].iter().all(|share| (0.020..0.027).contains(share)));
+    // From above all facets are nearly level; in a storm some of their light meets other waves.
+    assert!(level[0].iter().all(|share| (0.019..0.022).contains(share)));
     assert!(level[2].is_sorted_by(|a, b| a > b));
 }
 
@@ -73,7 +73,7 @@ fn the_table_is_near_what_it_stands_for() {
         }
         println!("wind {wind}: table off by {worst:.1e}");
         // What the figure in the constant's documentation says.
-        assert!(worst < 6e-4, "{wind}: {worst}");
+        assert!(worst < 1.5e-3, "{wind}: {worst}");
     }
 }
 
@@ -102,9 +102,9 @@ fn no_light_is_made_and_none_is_lost() {
             const STEPS: u32 = 800;
             let mut sum = 0.0;
             for i in 0..STEPS {
-                // Dense towards the horizon, where much is reflected to low eyes.
-                let x = (f64::from(i) + 0.5) / f64::from(STEPS);
-                let (up, width) = (x * x, 2.0 * x / f64::from(STEPS));
+                // Even in the angle to the zenith: a high eye sees the narrow peak of a calm sea there.
+                let x = 0.5 * PI * (f64::from(i) + 0.5) / f64::from(STEPS);
+                let (up, width) = (x.cos(), x.sin() * 0.5 * PI / f64::from(STEPS));
                 for j in 0..STEPS {
                     let azimuth = PI * (f64::from(j) + 0.5) / f64::from(STEPS);
                     let light = direction(up, azimuth);

@@ -45,6 +45,7 @@ const FIELDS: &[(&str, Set, f64)] = &[
     ("sun.angular_diameter", |s, v| s.sun.angular_diameter = v, 0.0),
     ("sky.radiance", |s, v| s.sky = Sky::Uniform { radiance: v }, -1e-9),
     ("ground.albedo", |s, v| s.ground = Some(Ground::plain(DVec3::splat(v))), 1.01),
+    ("ground.wind_speed", |s, v| s.ground = Some(Ground::sea(v, DVec3::ZERO)), 60.1),
     ("medium.albedo", |s, v| s.medium.albedo = v, 1.01),
     ("output.exposure", |s, v| s.exposure = v, 25.0),
     ("particles[0].centre", |s, v| s.particles[0].centre.y = v, 1.1e11),

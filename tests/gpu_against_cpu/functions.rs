@@ -6,6 +6,7 @@ mod grid;
 mod listed;
 mod maps;
 mod parts;
+mod sea;
 mod tables;
 
 use crate::common::{Group, Random, Snippet, map_with};

@@ -163,3 +163,21 @@ fn an_editors_byte_order_mark_is_no_part_of_the_text() {
     let marked = format!("\u{feff}{SMALLEST}");
     assert_eq!(parse(&marked).expect("a good scene"), parse(SMALLEST).expect("a good scene"));
 }
+
+#[test]
+fn a_sea_has_a_wind() {
+    let sea = format!(
+        "{SMALLEST}[ground]\nkind = \"sea\"\nwind_speed = 7.5\nalbedo = [0.0, 0.25, 0.5]\n"
+    );
+    let scene = parse(&sea).expect("a good scene");
+    assert_eq!(scene.ground, Some(Ground::sea(7.5, DVec3::new(0.0, 0.25, 0.5))));
+    assert!(scene.is_sea());
+    let again = parse(&scene.to_toml().expect("text")).expect("the same scene");
+    assert_eq!(again, scene);
+    // Plain is what a ground is that says nothing, and is written as before.
+    let plain = format!("{SMALLEST}[ground]\nkind = \"plain\"\nalbedo = [0.5, 0.5, 0.5]\n");
+    let scene = parse(&plain).expect("a good scene");
+    assert_eq!(scene.ground, Some(Ground::plain(DVec3::splat(0.5))));
+    let text = scene.to_toml().expect("text");
+    assert!(!text.contains("wind_speed") && !text.contains("plain"), "{text}");
+}

@@ -12,6 +12,7 @@ pub mod noise;
 pub mod rings;
 pub mod scan;
 pub mod screen_project;
+pub mod sea;
 pub mod segments;
 pub mod shadow;
 pub mod sky;

@@ -59,11 +59,26 @@ impl Sky {
         &self.air
     }
 
-    fn uniform(&self) -> Option<DVec3> {
+    pub(super) fn uniform(&self) -> Option<DVec3> {
         match self.inputs.kind {
             SkyKind::Uniform { radiance } => Some(DVec3::splat(f64::from(radiance))),
             SkyKind::Atmosphere => None,
         }
+    }
+
+    /// Altitude of the eye, m.
+    pub(super) fn altitude(&self) -> f64 {
+        self.altitude
+    }
+
+    /// Steps of rays.
+    pub(super) fn steps(&self) -> u32 {
+        self.steps
+    }
+
+    /// Of the ground, or of the water below a sea.
+    pub(super) fn ground_albedo(&self) -> DVec3 {
+        self.inputs.ground_albedo.as_dvec3()
     }
 
     /// Direction to the sun.

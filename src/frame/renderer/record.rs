@@ -178,7 +178,7 @@ impl Renderer {
                                     Clouded { phase: &self.phase, sun_mean, field }
                                 });
                             let groups = [self.sky.march_group(), sky_bindings];
-                            let buffers = [&resources.frame, reflected];
+                            let buffers = (&resources.frame, reflected);
                             let size = key.frame.size;
                             sea.encode(gpu, compute, size, buffers, view, groups, clouds.as_ref());
                         }
@@ -191,8 +191,10 @@ impl Renderer {
                             let [radiance, sunlit] = resources.opaque.radiance(Some(opaque));
                             let views = [&resources.opaque.distances, radiance, sunlit];
                             let (frame, targets) = (&resources.frame, &resources.targets);
-                            let of_rays =
-                                [Some(&resources.changed_light), resources.reflected.as_ref()];
+                            let of_rays = [
+                                Some(&resources.changed_light),
+                                resources.reflected.as_ref().map(|r| &r.light),
+                            ];
                             resolve.bind(gpu, frame, &self.shadow, of_rays, targets, views)
                         });
                         let bindings = of_opaque.as_ref().unwrap_or(&resources.resolve_bindings);
