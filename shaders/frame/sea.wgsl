@@ -3,32 +3,27 @@
 // where clouds are and what they send: sunlight that they scatter once by their phase function, all other light as towards
 // the eye, from which the cells are seen nearly as from the mirror. The facets that look for clouds lie elsewhere from ray to
 // ray, within what each stands for, and so do the steps: `smooth_clouds` takes the mean of a square of rays that has all their
-// places once. Twin of what has no clouds: src/frame/cpu/sea.rs.
+// places once. Without clouds the grid is one empty cell out of the way. Twin of what has none: src/frame/cpu/sea.rs.
 //
 // Workgroup contract: one invocation owns one ray; `smooth_clouds` reads what `sea` wrote and is a dispatch of its own.
 #import cumuli::atmosphere::{PI, SEA_HEIGHTS, TABLE_SCALE, VIEW_SIZE, direction_place, ground_reach, sea_place, to_rgb}
 #import cumuli::gpu_data::FrameUniforms
-#import cumuli::numerics::unfolded
 #import cumuli::sea::{mirrored, surface_normal}
 #import cumuli::sky::{is_uniform, sky}
-#ifdef CLOUDS
 #import cumuli::light_field::{grid_cells, ground_shares, halo_factor, halo_row, last_level, level_of, light_grid, scattered_light}
 #import cumuli::light_grid_data::{EMPTY_CELL, grid_index}
 #import cumuli::numerics::opacity
 #import cumuli::phase::{PhaseParams, phase_between}
 #import cumuli::sky::{sky_ambient_above, sky_below, sun_irradiance_at}
 #import cumuli::sky_march::{AirRay, Gathered, gather, phases_of}
-#endif
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
 @group(0) @binding(1) var<uniform> waves: SeaUniforms;
 @group(0) @binding(2) var sky_over_sea: texture_2d<f32>;                        // as `view`, from the surface
 @group(0) @binding(3) var<storage, read_write> reflected: array<vec4<f32>>;     // rgb, ray after ray
-#ifdef CLOUDS
 @group(0) @binding(4) var<uniform> phase: PhaseParams;
 @group(0) @binding(5) var<storage, read> sun_mean: array<f32>; // by slot: share of the sunlight
 @group(0) @binding(6) var<storage, read_write> changed_sky: array<vec4<f32>>; // rgb: what clouds change of `reflected`
-#endif
 
 // Facets by the cosine of the view's zenith angle: at every height two rows, of slopes along the view and of shares.
 struct SeaUniforms {
@@ -40,7 +35,8 @@ const ALONG: u32 = 4u;
 const ACROSS: u32 = 3u;
 // Hermite's nodes and weights, over the root mean square slope.
 const ACROSS_PLACE: f32 = 1.2247449;
-const ACROSS_SHARE = vec3<f32>(0.16666667, 0.66666667, 0.16666667);
+const ACROSS_MIDDLE: f32 = 0.66666667;
+const ACROSS_SIDE: f32 = 0.16666667;
 // Where a ray misses the sea, that next below the horizon stands for it: in angles to the horizon.
 const BELOW_HORIZON: f32 = 1e-4;
 // Level part of a view below which it is straight down: every azimuth is as good.
@@ -82,7 +78,6 @@ fn sky_from_sea(dir: vec3<f32>, normal: vec3<f32>, up: f32) -> vec3<f32> {
     return mix(upper, lower, fract(texel.y)) * (sky.sun.w / TABLE_SCALE);
 }
 
-#ifdef CLOUDS
 // Part of a ray in the coarsest level of the grid, m. Point relative to the grid's anchor.
 fn span_of_grid(point: vec3<f32>, dir: vec3<f32>) -> vec2<f32> {
     let level = light_grid.level[last_level()];
@@ -166,7 +161,6 @@ fn cell_of_slope(slopes: vec4<f32>, k: u32) -> vec2<f32> {
     let after = 0.5 * (slopes[min(k, ALONG - 2u) + 1u] - slopes[min(k, ALONG - 2u)]);
     return vec2(slopes[k] - before, slopes[k] + after);
 }
-#endif
 
 @compute @workgroup_size(8, 8)
 fn sea(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -184,9 +178,7 @@ fn sea(@builtin(global_invocation_id) id: vec3<u32>) {
     // No ray is shorter than the view axis, before it has unit length.
     if least_up > lowest {
         reflected[id.y * corners.x + id.x] = vec4(0.0);
-#ifdef CLOUDS
         changed_sky[id.y * corners.x + id.x] = vec4(0.0);
-#endif
         return;
     }
     let across = max(length(dir.xz), LEAST_LEVEL);
@@ -204,17 +196,18 @@ fn sea(@builtin(global_invocation_id) id: vec3<u32>) {
     let slopes = mix(waves.facets[row], waves.facets[row + 2u], fract(place));
     let shares = mix(waves.facets[row + 1u], waves.facets[row + 3u], fract(place));
     var sum = vec3(0.0);
-    for (var i = 0u; i < ALONG * ACROSS; i++) {
-        let k = i % ACROSS;
-        let facet = vec2(slopes[i / ACROSS], (f32(k) - 1.0) * ACROSS_PLACE * sky.sea.x);
-        let turned = mirrored(mu, facet);
-        let up = max(turned.z, 0.0);
-        let light = normalize(turned.x * ahead + turned.y * aside + up * normal);
-        sum += shares[i / ACROSS] * ACROSS_SHARE[k] * sky_from_sea(light, normal, dot(light, normal));
+    for (var i = 0u; i < ALONG; i++) {
+        for (var k = 0u; k < ACROSS; k++) {
+            let aslant = (f32(k) - 1.0) * ACROSS_PLACE * sky.sea.x;
+            let turned = mirrored(mu, vec2(slopes[i], aslant));
+            let up = max(turned.z, 0.0);
+            let light = normalize(turned.x * ahead + turned.y * aside + up * normal);
+            let share = shares[i] * select(ACROSS_SIDE, ACROSS_MIDDLE, k == 1u);
+            sum += share * sky_from_sea(light, normal, dot(light, normal));
+        }
     }
     let ray = id.y * corners.x + id.x;
     reflected[ray] = vec4(sum, 0.0);
-#ifdef CLOUDS
     let in_square = f32((id.y % SQUARE) * SQUARE + id.x % SQUARE);
     var change = vec3(0.0);
     for (var i = 0u; i < ALONG; i++) {
@@ -233,10 +226,8 @@ fn sea(@builtin(global_invocation_id) id: vec3<u32>) {
         change += shares[i] * change_by_clouds(point, light, height, normal, step, behind);
     }
     changed_sky[ray] = vec4(change, 0.0);
-#endif
 }
 
-#ifdef CLOUDS
 // Adds what clouds change: the mean of the square of rays around each.
 @compute @workgroup_size(8, 8)
 fn smooth_clouds(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -256,4 +247,3 @@ fn smooth_clouds(@builtin(global_invocation_id) id: vec3<u32>) {
     let light = reflected[ray].rgb + sum / f32(SQUARE * SQUARE);
     reflected[ray] = vec4(max(light, vec3(0.0)), 0.0);
 }
-#endif

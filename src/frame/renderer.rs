@@ -411,10 +411,9 @@ impl Renderer {
     /// What a sea needs, for the first frame that has one.
     fn compile_sea(&mut self) -> Result<()> {
         if self.passes.sea.is_none() {
-            let groups =
-                [self.sky.march_layout(), self.sky.layout(), self.passes.light_grid.layout()];
+            let layouts = [self.tables.layout(), self.sky.march_layout(), self.sky.layout()];
             let library = ShaderLibrary::new()?;
-            let sea = SeaPass::new(&self.gpu, &library, self.tables.layout(), &groups)?;
+            let sea = SeaPass::new(&self.gpu, &library, layouts, &self.passes.light_grid)?;
             self.passes.sea = Some(sea);
         }
         Ok(())

@@ -4,7 +4,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::air_shadow::corners;
-use super::gpu_data::gpu_struct;
+use super::gpu_data::{LightGridUniforms, gpu_struct};
+use super::light_grid::LightGridPass;
 use super::resolve::ResolvePass;
 use crate::Result;
 use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
@@ -35,25 +36,51 @@ impl SeaUniforms {
     }
 }
 
-/// The pipelines: with clouds and without, and the resolve of a picture with a sea.
+/// The pipeline, and the resolve of a picture with a sea.
 pub struct SeaPass {
-    bare: Kernel,
-    clouded: Kernel,
+    kernel: Kernel,
     /// What puts the picture together.
     pub resolve: ResolvePass,
     waves: wgpu::Buffer,
+    no_sun: wgpu::Buffer,
+    no_clouds: wgpu::BindGroup,
 }
 
-/// What a frame without clouds does not have: the phase function, and of the light grid's slots the share of the sunlight,
-/// with the group that tells of the grid.
+/// What a frame without clouds does not have: of the light grid's slots the share of the sunlight, and the group that tells
+/// of the grid.
 pub struct Clouded<'a> {
-    /// `PhaseParams`.
-    pub phase: &'a wgpu::Buffer,
     /// By slot.
     pub sun_mean: &'a wgpu::Buffer,
     /// Bind group 3.
     pub field: &'a wgpu::BindGroup,
 }
+
+/// A grid of one cell without light, below everything that a ray from the sea meets: lavapipe of Mesa 22.3 ends with a fault in a
+/// kernel of its own for pictures without clouds.
+fn no_clouds(gpu: &Gpu, grid: &LightGridPass) -> wgpu::BindGroup {
+    let mut uniforms = LightGridUniforms { levels: 1, cells: 1, ..LightGridUniforms::zeroed() };
+    uniforms.level[0].low = [0.0, BELOW_ALL, 0.0, 0.0];
+    uniforms.level[0].cell = [1.0, 1.0, 1.0, 0.0];
+    uniforms.level[0].size = [1, 1, 1, 0];
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("no light"),
+        size: wgpu::Extent3d::default(),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D3,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    let uniforms = buffers::uniform(gpu, "no light grid", &uniforms);
+    let cells = buffers::storage_with(gpu, "no cells", &[NO_SLOT, 0]);
+    grid.bind(gpu, &uniforms, &texture.create_view(&Default::default()), &cells)
+}
+
+/// Height of that cell, m.
+const BELOW_ALL: f32 = -1e9;
+/// A cell that keeps no light; as in the shaders.
+const NO_SLOT: u32 = u32::MAX;
 
 /// What a sea reflects, ray after ray.
 pub struct Reflected {
@@ -71,19 +98,20 @@ impl Reflected {
 }
 
 impl SeaPass {
-    /// Compiles the pass. `groups`: the sky's tables that don't depend on the view, those that do, the light field.
+    /// Compiles the pass. Layouts: of the tables, of the sky's that don't depend on the view, of those that do.
     pub fn new(
         gpu: &Gpu,
         library: &ShaderLibrary,
-        tables: &wgpu::BindGroupLayout,
-        groups: &[&wgpu::BindGroupLayout; 3],
+        [tables, march, sky]: [&wgpu::BindGroupLayout; 3],
+        grid: &LightGridPass,
     ) -> Result<Self> {
         let file = crate::shader_file!("frame/sea.wgsl");
         Ok(Self {
-            bare: Kernel::new(gpu, library, file, &[], &groups[..2])?,
-            clouded: Kernel::new(gpu, library, file, &[("CLOUDS", 1)], groups)?,
-            resolve: ResolvePass::over_sea(gpu, library, tables, groups[1])?,
+            kernel: Kernel::new(gpu, library, file, &[], &[march, sky, grid.layout()])?,
+            resolve: ResolvePass::over_sea(gpu, library, tables, sky)?,
             waves: buffers::uniform(gpu, "waves", &SeaUniforms::zeroed()),
+            no_sun: buffers::storage_with(gpu, "no sun", &[0.0f32]),
+            no_clouds: no_clouds(gpu, grid),
         })
     }
 
@@ -105,36 +133,32 @@ impl SeaPass {
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         size: [u32; 2],
-        (frame, reflected): (&wgpu::Buffer, &Reflected),
+        ([frame, phase], reflected): ([&wgpu::Buffer; 2], &Reflected),
         sky: &wgpu::TextureView,
         groups: [&wgpu::BindGroup; 2],
-        clouds: Option<&Clouded<'_>>,
+        clouds: Option<Clouded<'_>>,
     ) {
-        let mut resources = vec![
-            frame.as_entire_binding(),
-            self.waves.as_entire_binding(),
-            wgpu::BindingResource::TextureView(sky),
-            reflected.light.as_entire_binding(),
-        ];
-        let kernel = match clouds {
-            Some(clouds) => {
-                resources.push(clouds.phase.as_entire_binding());
-                resources.push(clouds.sun_mean.as_entire_binding());
-                resources.push(reflected.change.as_entire_binding());
-                pass.set_bind_group(3, clouds.field, &[]);
-                &self.clouded
-            }
-            None => &self.bare,
-        };
-        pass.set_pipeline(kernel.pipeline("sea"));
-        pass.set_bind_group(0, &kernel.bind(gpu, &resources), &[]);
-        for (group, number) in groups.into_iter().zip(1..) {
+        let none = Clouded { sun_mean: &self.no_sun, field: &self.no_clouds };
+        let clouds = clouds.unwrap_or(none);
+        let bindings = self.kernel.bind(
+            gpu,
+            &[
+                frame.as_entire_binding(),
+                self.waves.as_entire_binding(),
+                wgpu::BindingResource::TextureView(sky),
+                reflected.light.as_entire_binding(),
+                phase.as_entire_binding(),
+                clouds.sun_mean.as_entire_binding(),
+                reflected.change.as_entire_binding(),
+            ],
+        );
+        pass.set_bind_group(0, &bindings, &[]);
+        for (group, number) in groups.into_iter().chain([clouds.field]).zip(1..) {
             pass.set_bind_group(number, group, &[]);
         }
         let [across, up] = corners(size).map(|c| c.div_ceil(WORKGROUP));
-        pass.dispatch_workgroups(across, up, 1);
-        if clouds.is_some() {
-            pass.set_pipeline(kernel.pipeline("smooth_clouds"));
+        for entry in ["sea", "smooth_clouds"] {
+            pass.set_pipeline(self.kernel.pipeline(entry));
             pass.dispatch_workgroups(across, up, 1);
         }
     }

@@ -15,7 +15,8 @@ const SIZE: [u32; 2] = [64, 48];
 const STEPS: u32 = 64;
 
 fn sea(wind: f64, eye: DVec3, target: DVec3, sun: DVec3) -> Scene {
-    let mut scene = Scene { ground: Some(Ground::sea(wind, DVec3::new(0.02, 0.05, 0.08))), ..Scene::default() };
+    let mut scene =
+        Scene { ground: Some(Ground::sea(wind, DVec3::new(0.02, 0.05, 0.08))), ..Scene::default() };
     (scene.camera.position, scene.camera.target) = (eye, target);
     scene.camera.fov_x = 70.0;
     scene.sun.direction = sun.normalize();
@@ -67,7 +68,10 @@ fn a_sea_without_clouds_is_that_of_the_twin() {
         let [mean, rms, most] = over_twin(&scene, &picture(&scene, Preset::High, SIZE));
         println!("{name}: mean {mean:.4}, RMS {rms:.4}, at most {most:.3} off");
         // Tables of the sky and of the air: within 0.015 each.
-        assert!((mean - 1.0).abs() < 0.015 && rms < 0.02 && most < 0.06, "{name}: {mean} {rms} {most}");
+        assert!(
+            (mean - 1.0).abs() < 0.015 && rms < 0.02 && most < 0.06,
+            "{name}: {mean} {rms} {most}"
+        );
     }
 }
 
@@ -126,7 +130,8 @@ fn the_shipped_sea_is_made() {
     assert!(runs(Pass::Sea));
     // Sky and sea, parted by the horizon: brighter at the sun's side.
     let mean = |columns: std::ops::Range<u32>| {
-        let pixels = columns.clone().flat_map(|x| (30..48).map(move |y| (y * SIZE[0] + x) as usize));
+        let pixels =
+            columns.clone().flat_map(|x| (30..48).map(move |y| (y * SIZE[0] + x) as usize));
         pixels.map(|i| picture.radiance[i][1]).sum::<f32>() / (columns.len() * 18) as f32
     };
     assert!(mean(40..56) > 2.0 * mean(0..16), "{} {}", mean(40..56), mean(0..16));

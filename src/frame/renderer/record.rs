@@ -173,14 +173,13 @@ impl Renderer {
                         let of_frame = (&passes.sea, &resources.reflected, sky);
                         if let (Some(sea), Some(reflected), Some(view)) = of_frame {
                             let of_grid = self.grid.bind_group().zip(self.grid.sun_mean());
-                            let clouds =
-                                of_grid.filter(|_| plan.has_clouds()).map(|(field, sun_mean)| {
-                                    Clouded { phase: &self.phase, sun_mean, field }
-                                });
+                            let clouds = of_grid
+                                .filter(|_| plan.has_clouds())
+                                .map(|(field, sun_mean)| Clouded { sun_mean, field });
                             let groups = [self.sky.march_group(), sky_bindings];
-                            let buffers = (&resources.frame, reflected);
+                            let buffers = ([&resources.frame, &self.phase], reflected);
                             let size = key.frame.size;
-                            sea.encode(gpu, compute, size, buffers, view, groups, clouds.as_ref());
+                            sea.encode(gpu, compute, size, buffers, view, groups, clouds);
                         }
                     }
                     Pass::Resolve => {

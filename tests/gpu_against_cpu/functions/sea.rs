@@ -31,8 +31,12 @@ fn waves() {
         .of_terms(1.0)
         .agrees(&numbers, 8.0, |[x]| one(erfc(x)));
     let cosines = many(162, |r| [height(r)]);
-    Function::new("sea::fresnel", "#import cumuli::sea::fresnel", "vec4(fresnel(x[0]), 0.0, 0.0, 0.0)")
-        .agrees(&cosines, 24.0, |[c]| one(fresnel(c)));
+    Function::new(
+        "sea::fresnel",
+        "#import cumuli::sea::fresnel",
+        "vec4(fresnel(x[0]), 0.0, 0.0, 0.0)",
+    )
+    .agrees(&cosines, 24.0, |[c]| one(fresnel(c)));
     for wind in [0.0, 5.0, 60.0] {
         let sea = Sea::new(wind);
         let slope = sea.slope() as f32;
@@ -59,9 +63,8 @@ fn waves() {
             |[v, l, a, b]| one(sea.glitter(DVec3::Y, direction(v, a), direction(l, b))),
         );
     }
-    let facets = many(164, |r| {
-        [height(r), r.between(-1.5, 1.5) as f32, r.between(-1.5, 1.5) as f32]
-    });
+    let facets =
+        many(164, |r| [height(r), r.between(-1.5, 1.5) as f32, r.between(-1.5, 1.5) as f32]);
     Function::new(
         "sea::mirrored",
         "#import cumuli::sea::mirrored",
