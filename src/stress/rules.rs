@@ -138,6 +138,7 @@ pub const FLOATS: &[(&str, Rule)] = &[
     ("SeaUniforms.facets", ANY),
     ("sea.reflected", COLOUR),
     ("sea.changed_sky", ANY),
+    ("sea.sun_mean", SHARE),
     ("resolve.reflected", COLOUR),
     ("ReuseUniforms.right", ANY),
     ("ReuseUniforms.up", ANY),

@@ -5,10 +5,11 @@ use cumuli::frame::cpu::atmosphere::distance_to_ground;
 use cumuli::frame::cpu::sky::Sky;
 use cumuli::frame::renderer::sky_inputs;
 use cumuli::frame::{Pass, Picture, Preset};
+use cumuli::reference::{Film, Filter, View, World};
 use cumuli::scene::{Ground, Scene};
 use glam::DVec3;
 
-use crate::{alone, particle, picture, scene, space};
+use crate::{TABLES, alone, particle, picture, scene, space};
 
 const SIZE: [u32; 2] = [64, 48];
 /// Steps of the twin's rays.
@@ -118,6 +119,43 @@ fn clouds_shade_the_glitter_and_are_mirrored() {
     let brighter = sum(&clouds, 30, 48) / sum(&clear, 30, 48);
     println!("with a white cloud ahead the water is {brighter:.3} times as bright");
     assert!(brighter > 1.02 && brighter < 3.0, "{brighter}");
+}
+
+/// What the water shows of a white cloud ahead, against the path tracer: sums over rows of the sea.
+#[test]
+fn mirrored_clouds_are_as_bright_as_traced_ones() {
+    const PATHS: u32 = 48;
+    let _turn = alone();
+    let eye = DVec3::new(0.0, 30.0, 0.0);
+    let mut scene = sea(5.0, eye, DVec3::new(0.0, 0.0, -100.0), DVec3::new(0.0, 0.5, 1.0));
+    scene.particles = (0..5)
+        .map(|i| {
+            particle(DVec3::new(1200.0 * f64::from(i - 2), 900.0, -4000.0), 600.0, 0.05, "uniform")
+        })
+        .collect();
+    // Blocks of the frame are as fine as in a picture of a window.
+    const FINE: u32 = 5;
+    let frame = picture(&scene, Preset::High, SIZE.map(|s| FINE * s));
+    let world = World::new(&scene, &TABLES, 0.0).expect("a world");
+    let view = View::new(&scene.camera, SIZE, None, Filter::Box);
+    let mut film = Film::new(SIZE);
+    for _ in 0..PATHS {
+        world.expose_rows(&mut film, &view, 3, SIZE[1]);
+    }
+    for [low, high] in [[26, 32], [32, 40], [40, 48]] {
+        let (mut traced, mut square) = (0.0, 0.0);
+        for pixel in (low * SIZE[0])..(high * SIZE[0]) {
+            let green = film.estimates(pixel as usize)[1];
+            (traced, square) = (traced + green.value, square + green.standard_error.powi(2));
+        }
+        let width = (FINE * SIZE[0]) as usize;
+        let rows = (low * FINE) as usize * width..(high * FINE) as usize * width;
+        let made: f64 = frame.radiance[rows].iter().map(|p| f64::from(p[1])).sum();
+        let ratio = made / f64::from(FINE * FINE) / traced;
+        let noise = square.sqrt() / traced;
+        println!("rows {low} to {high}: frame over traced {ratio:.4} +- {noise:.4}");
+        assert!((ratio - 1.0).abs() < 0.06 + 3.0 * noise && noise < 0.02, "{low}: {ratio} {noise}");
+    }
 }
 
 #[test]
