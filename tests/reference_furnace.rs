@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use cumuli::medium::{Phase, Shape};
+use cumuli::medium::{Phase, Sea, Shape};
 use cumuli::reference::{
     Film, Filter, Matter, ParticleGrid, Random, UniformSky, View, WorldParticle,
 };
@@ -48,7 +48,8 @@ fn clouds_vanish_in_a_furnace() {
         let medium = clump(60, shape, 0.03);
         let phase: Phase = phase.parse().expect("a phase function");
         let matter = Matter { phase: phase.prepare(), albedo: 1.0 };
-        let sky = UniformSky { radiance: DVec3::new(1.0, 0.5, 0.25), sun: None, ground: None };
+        let sky =
+            UniformSky { radiance: DVec3::new(1.0, 0.5, 0.25), sun: None, ground: None, sea: None };
         let mut film = Film::new([24, 16]);
         film.expose(&medium, &sky, &matter, &view([24, 16]), 1, 4);
         for pixel in 0..film.pixels.len() {
@@ -58,5 +59,35 @@ fn clouds_vanish_in_a_furnace() {
         }
         let covered = (0..film.pixels.len()).filter(|&i| film.estimates(i)[3].value < 0.5).count();
         assert!(covered > 50, "{shape}: the clump covers {covered} pixels, so it was met");
+    }
+}
+
+/// A sea of albedo 1 sends back all that falls on it: it vanishes with the clouds over it, but for the noise of its facets.
+#[test]
+fn a_white_sea_vanishes_in_a_furnace() {
+    let medium = clump(60, "uniform", 0.03);
+    let phase: Phase = "mie:20um".parse().expect("a phase function");
+    let matter = Matter { phase: phase.prepare(), albedo: 1.0 };
+    for wind in [0.0, 5.0, 30.0] {
+        let sea = Some(Sea::new(wind));
+        let sky = UniformSky { radiance: DVec3::ONE, sun: None, ground: Some(DVec3::ONE), sea };
+        let camera = Camera {
+            position: DVec3::new(0.0, 500.0, 1500.0),
+            target: DVec3::ZERO,
+            fov_x: 60.0,
+            ..Camera::default()
+        };
+        let view = View::new(&camera, [24, 16], None, Filter::Box);
+        let mut film = Film::new([24, 16]);
+        film.expose(&medium, &sky, &matter, &view, 1, 64);
+        let red = (0..film.pixels.len()).map(|pixel| film.estimates(pixel)[0]);
+        let (sum, square, most) = red.fold((0.0, 0.0, 0.0f64), |(sum, square, most), e| {
+            (sum + e.value, square + e.standard_error.powi(2), most.max(e.value))
+        });
+        let count = film.pixels.len() as f64;
+        let (mean, error) = (sum / count, square.sqrt() / count);
+        println!("wind {wind}: {mean:.5} +- {error:.5}, at most {most:.3}");
+        // The tables of reflectances are within 6e-4 of a share.
+        assert!((mean - 1.0).abs() < 4.0 * error + 1e-3 && error < 5e-3, "{wind}: {mean} {error}");
     }
 }

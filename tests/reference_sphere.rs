@@ -127,7 +127,7 @@ fn furnace_sphere(radius: f64, albedo: f64) -> f64 {
 /// In a furnace with absorption: one sphere, and the same matter in five spheres that overlap.
 #[test]
 fn an_absorbing_furnace_is_as_dark_as_the_integral_equation_says() {
-    let sky = UniformSky { radiance: DVec3::ONE, sun: None, ground: None };
+    let sky = UniformSky { radiance: DVec3::ONE, sun: None, ground: None, sea: None };
     let ray = Ray { origin: DVec3::new(0.0, 0.0, 3.0), dir: DVec3::NEG_Z };
     assert!((furnace_sphere(1.0, 1.0) - 1.0).abs() < 1e-3, "albedo 1 is invisible");
     for (radius, albedo) in [(0.5, 0.9), (2.0, 0.9), (5.0, 0.9), (2.0, 0.3), (1.0, 0.0)] {
@@ -157,7 +157,7 @@ fn scattering_tables_agree() {
     let tables = TableSet::embedded().expect("tables");
     let towards = DVec3::Y;
     let sun = SunDisc::new(towards, DVec3::ONE, 0.0);
-    let sky = UniformSky { radiance: DVec3::ZERO, sun: Some(sun), ground: None };
+    let sky = UniformSky { radiance: DVec3::ZERO, sun: Some(sun), ground: None, sea: None };
     for name in ["hg:0.85", "mie:20um"] {
         let phase: Phase = name.parse().expect("a phase function");
         let table = tables.scattering_for(&phase, 1.0).expect("built in");
@@ -225,6 +225,7 @@ fn sunlight_is_conserved_whatever_the_lobe() {
         radiance: DVec3::ZERO,
         sun: Some(SunDisc::new(towards, DVec3::ONE, 0.0093)),
         ground: None,
+        sea: None,
     };
     for (name, radius) in [
         ("hg:0.5", 2.0f64),

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use cumuli::medium::{Phase, Shape};
+use cumuli::medium::{Phase, Sea, Shape};
 use cumuli::reference::{
     Filter, Lens, Lobes, Matter, Medium, ParticleGrid, Points, Random, Ray, SunDisc, View,
     WorldParticle, cosine_direction, first_collision, scatter, turned,
@@ -252,6 +252,45 @@ fn exponential_and_uniform_numbers() {
     }
     chi_square("exponential", &exponential, &[1.0 / 64.0; 64]);
     chi_square("uniform", &uniform, &[1.0 / 64.0; 64]);
+}
+
+/// Facets of the sea among those that a view sees: slopes by exp(-s^2) times the cosine to the view.
+#[test]
+fn facets_of_the_sea() {
+    for wind in [0.0, 5.0, 60.0] {
+        let sea = Sea::new(wind);
+        for mu in [1e-4f64, 0.05, 0.3, 1.0] {
+            const CELLS: usize = 24;
+            let across = (1.0 - mu * mu).sqrt();
+            let mut random = Random::new(21, 0, 0);
+            let mut counts = vec![0; CELLS * 6];
+            for _ in 0..SAMPLES {
+                let [along, aside] = sea.draw_facet(mu, || random.unit());
+                let place = |slope: f64| slope / (6.0 * sea.slope()) + 0.5;
+                counts[cell(place(along), CELLS) * 6 + cell(place(aside), 6)] += 1;
+            }
+            let gauss = |from: f64, to: f64, of: &dyn Fn(f64) -> f64| {
+                integral(from, to, |t| (-t * t).exp() * of(t))
+            };
+            // Beyond three root mean squares: in the outermost cells.
+            let edge = |i: usize, n: usize| match i {
+                0 => -6.0,
+                i if i == n => 6.0,
+                i => 6.0 * i as f64 / n as f64 - 3.0,
+            };
+            let seen = |t: f64| (mu + across * sea.slope() * t).max(0.0);
+            let mut shares = Vec::new();
+            for i in 0..CELLS {
+                let along = gauss(edge(i, CELLS), edge(i + 1, CELLS), &seen);
+                for j in 0..6 {
+                    shares.push(along * gauss(edge(j, 6), edge(j + 1, 6), &|_| 1.0));
+                }
+            }
+            let whole: f64 = shares.iter().sum();
+            shares.iter_mut().for_each(|share| *share /= whole);
+            chi_square(&format!("facets {wind} {mu}"), &counts, &shares);
+        }
+    }
 }
 
 /// The test finds what is wrong: a lobe taken for a slightly wider one.

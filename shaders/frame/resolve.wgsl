@@ -8,6 +8,9 @@
 #import cumuli::opaque_distance::opaque_distance
 #import cumuli::sky::{air_between, ground_distance, ground_radiance, sky, sky_radiance, sun_disc_radiance}
 #import cumuli::sun_depth::sun_depth
+#ifdef SEA
+#import cumuli::sea_light::{reflected_in, sea_radiance}
+#endif
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
 @group(0) @binding(1) var clouds: texture_2d<f32>;         // rgb radiance, a transmittance
@@ -80,7 +83,12 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
             let light = ground_light(id.xy, dir * end);
             let shaded = textureLoad(opaque_radiance, min(id.xy, textureDimensions(opaque_radiance) - 1u), 0).rgb;
             let sunlit = textureLoad(opaque_sunlit, min(id.xy, textureDimensions(opaque_sunlit) - 1u), 0).rgb;
-            behind = select(ground_radiance(dir, end, light), shaded + sunlit * light.x, is_surface);
+#ifdef SEA
+            let bare = sea_radiance(dir, end, light, reflected_in(id.xy, frame.size));
+#else
+            let bare = ground_radiance(dir, end, light);
+#endif
+            behind = select(bare, shaded + sunlit * light.x, is_surface);
             if has_air {
                 let air = air_between(dir, end);
                 behind = behind * air.transmittance + clouded(air.inscatter, id.xy, dir, end);

@@ -24,6 +24,9 @@ struct SkyUniforms {
     horizon_dip: f32,              // rad, from the horizontal down to the horizon
     uniform_radiance: f32,         // of a uniform sky
     is_uniform: u32,               // 1: a uniform sky and no air
+    // Of a sea, 0 where there is none. x: root mean square slope; y: reflected share of an even sky, z: of this sun's light
+    sea: vec4<f32>,
+    sea_reflectances: array<vec4<f32>, 8>, // share of the light that it reflects; see sea_place
 }
 
 const PLANET_RADIUS: f32 = 6.36e6; // m
@@ -76,6 +79,13 @@ fn aerosol_phase(cos_theta: f32) -> f32 {
 
 fn to_rgb(sky: SkyUniforms, light: vec4<f32>) -> vec3<f32> {
     return vec3(dot(sky.to_red, light), dot(sky.to_green, light), dot(sky.to_blue, light));
+}
+
+// Place in the tables of a sea for the cosine of a zenith angle: even in its square root.
+const SEA_HEIGHTS: f32 = 32.0;
+
+fn sea_place(mu: f32) -> f32 {
+    return min(sqrt(saturate(mu)) * (SEA_HEIGHTS - 1.0), SEA_HEIGHTS - 1.001);
 }
 
 // Squared distance from the horizon, in a straight line: r^2 - R^2.

@@ -107,7 +107,10 @@ fn sky_ambient_above(altitude: f32) -> vec3<f32> {
 fn sky_below(altitude: f32, shares: vec2<f32>) -> vec3<f32> {
     if is_uniform(altitude) {
         let by_sun = sky.sun.w * max(sky.sun.y, 0.0) / PI;
-        let lit = sky.ground_colour.rgb * (shares.x * by_sun + shares.y * sky.uniform_radiance);
+        // What a sea reflects before it enters the water: nothing where there is none.
+        let reflected = sky.sea.z * (shares.x * by_sun) + sky.sea.y * (shares.y * sky.uniform_radiance);
+        let lit = sky.ground_colour.rgb * (shares.x * by_sun + shares.y * sky.uniform_radiance)
+            + (1.0 - sky.ground_colour.rgb) * reflected;
         return select(vec3(sky.uniform_radiance), lit, sky.ground_colour.w > 0.0);
     }
     return light_at(altitude, 2.0) + shares.x * light_at(altitude, 3.0) + shares.y * light_at(altitude, 4.0);

@@ -3,7 +3,7 @@
 #define_import_path cumuli::sky_march
 
 #import cumuli::numerics::SERIES_BELOW
-#import cumuli::atmosphere::{Medium, PI, PLANET_RADIUS, SkyUniforms, aerosol_phase, air_span, altitude_along, altitude_place, depth_place, ground_reach, medium_at, rayleigh_phase, sun_place, sun_visible, texel_centre, DEPTH_SIZE, GROUND_SIZE, MULTIPLE_SIZE, TABLE_SCALE}
+#import cumuli::atmosphere::{Medium, PI, PLANET_RADIUS, SkyUniforms, aerosol_phase, air_span, altitude_along, altitude_place, depth_place, ground_reach, medium_at, rayleigh_phase, sea_place, sun_place, sun_visible, texel_centre, DEPTH_SIZE, GROUND_SIZE, MULTIPLE_SIZE, TABLE_SCALE}
 
 @group(1) @binding(0) var<uniform> sky: SkyUniforms;
 @group(1) @binding(1) var filtering: sampler;
@@ -55,14 +55,28 @@ fn sky_on_ground(sun_mu: f32) -> vec4<f32> {
     return textureSampleLevel(ground, filtering, uv, 0.0) / TABLE_SCALE;
 }
 
-// The part of the ground's radiance that it has from the sun.
+// Share of the light from this height that a sea reflects; 0 where there is none.
+fn sea_reflectance(mu: f32) -> f32 {
+    let place = sea_place(mu);
+    let low = u32(place);
+    let high = low + 1u;
+    return mix(sky.sea_reflectances[low / 4u][low % 4u], sky.sea_reflectances[high / 4u][high % 4u], place - f32(low));
+}
+
+// Albedo of the ground for light of which this share is reflected before it enters the water.
+fn ground_albedo(reflected: f32) -> vec4<f32> {
+    return sky.ground_albedo + reflected * (1.0 - sky.ground_albedo);
+}
+
+// The part of the ground's radiance that it has from the sun. A sea sends it in all directions alike, as far as air and clouds
+// know.
 fn ground_by_sun(sun_mu: f32) -> vec4<f32> {
-    return sky.ground_albedo / PI * max(sun_mu, 0.0) * sunlight(0.0, sun_mu);
+    return ground_albedo(sea_reflectance(sun_mu)) / PI * max(sun_mu, 0.0) * sunlight(0.0, sun_mu);
 }
 
 // The part that it has from the sky.
 fn ground_by_sky(sun_mu: f32) -> vec4<f32> {
-    return sky.ground_albedo / PI * sky_on_ground(sun_mu);
+    return ground_albedo(sky.sea.y) / PI * sky_on_ground(sun_mu);
 }
 
 // Radiance of the bare ground.
@@ -129,7 +143,7 @@ fn gather_all(ray: AirRay, hits_ground: bool, steps: u32) -> Gathered {
     if hits_ground {
         let through = exp(-sum.optical_depth);
         sum.radiance += through * ground_light(sun_mu_on_ground(ray));
-        sum.response += through * sky.ground_albedo;
+        sum.response += through * ground_albedo(sky.sea.y);
     }
     return sum;
 }

@@ -22,6 +22,8 @@ pub struct FrameKey {
     pub light: LightView,
     /// Where the shadow maps lie.
     pub shadow: ShadowUniforms,
+    /// Whether the ground is a sea.
+    pub is_sea: bool,
     /// What may be in the picture.
     pub in_view: InView,
     /// What is opaque in it: its revision tells of its contents.
@@ -90,6 +92,8 @@ pub enum Product {
     Shadow,
     /// What clouds change of the light of air and ground.
     AirShadow,
+    /// What a sea reflects of sky and clouds.
+    Reflected,
     /// Clouds of every pixel.
     Clouds,
     /// The whole picture.
@@ -98,7 +102,7 @@ pub enum Product {
 
 impl Product {
     /// All of them, in the order they are made.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Distances,
         Self::Particles,
         Self::ScreenLists,
@@ -106,6 +110,7 @@ impl Product {
         Self::Light,
         Self::Shadow,
         Self::AirShadow,
+        Self::Reflected,
         Self::Clouds,
         Self::Picture,
     ];
@@ -134,6 +139,14 @@ impl Product {
                 Input::Sky,
                 Input::Grid,
                 Input::ShadowMaps,
+                Input::Field,
+            ],
+            Self::Reflected => &[
+                Input::Particles,
+                Input::Camera,
+                Input::Sun,
+                Input::Sky,
+                Input::Grid,
                 Input::Field,
             ],
             Self::Clouds => &[

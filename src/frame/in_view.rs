@@ -102,10 +102,11 @@ pub fn in_view(scene: &Scene, time: f64, size: [u32; 2]) -> InView {
         !scene.particles.is_empty() && reaches(&corners, &Around::of(listed.low, listed.high, eye));
     // From below or on the ground all rays may meet it.
     let down = corners.iter().any(|c| c.y < MARGIN * c.length());
-    InView {
-        clouds: field || listed,
-        ground: scene.effective_ground().is_some() && (down || eye.y <= 0.0),
-    }
+    let ground = scene.effective_ground().is_some() && (down || eye.y <= 0.0);
+    // A sea shows clouds wherever they are.
+    let any = scene.clouds.is_some() || !scene.particles.is_empty();
+    let mirrored = ground && scene.is_sea() && any;
+    InView { clouds: field || listed || mirrored, ground }
 }
 
 #[cfg(test)]
@@ -133,6 +134,17 @@ mod tests {
         assert_eq!(seen(3000.0, level), InView { clouds: true, ground: true });
         // From below down: ground, without the clouds that throw shadows on it.
         assert_eq!(seen(500.0, -up), InView { clouds: false, ground: true });
+    }
+
+    #[test]
+    fn clouds_are_seen_in_the_sea() {
+        let mut scene = Scene { clouds: Some(CloudField::default()), ..Scene::default() };
+        scene.camera = looking(DVec3::new(0.0, 500.0, 0.0), DVec3::new(0.0, -1.0, 1.0));
+        assert_eq!(in_view(&scene, 0.0, SIZE), InView { clouds: false, ground: true });
+        scene.ground = Some(crate::scene::Ground::sea(5.0, DVec3::ZERO));
+        assert_eq!(in_view(&scene, 0.0, SIZE), InView { clouds: true, ground: true });
+        scene.clouds = None;
+        assert_eq!(in_view(&scene, 0.0, SIZE), InView { clouds: false, ground: true });
     }
 
     /// Every particle that the host's projection finds in the picture is found here too.

@@ -23,6 +23,7 @@ pub mod resources;
 pub mod reuse;
 pub mod rings;
 pub mod scan;
+pub mod sea;
 pub mod settings;
 pub mod shadow;
 pub mod sky;

@@ -9,6 +9,7 @@ use super::picture_lists::{ListPasses, ProjectPass};
 use super::resolve::ResolvePass;
 use super::reuse::ReusePass;
 use super::rings::RingPass;
+use super::sea::SeaPass;
 use super::settings::Quality;
 use super::shadow::ShadowPass;
 use super::tonemap::TonemapPass;
@@ -39,6 +40,8 @@ pub struct Passes {
     pub blend: BlendPass,
     /// Pixels of the frame before.
     pub reuse: ReusePass,
+    /// What a sea reflects; none before there is one.
+    pub sea: Option<SeaPass>,
     /// The rest of the picture.
     pub resolve: ResolvePass,
     /// Display values.
@@ -87,6 +90,7 @@ impl Passes {
             air_shadow,
             blend,
             reuse: ReusePass::new(gpu, library)?,
+            sea: None,
             resolve,
             tonemap: TonemapPass::new(gpu, library)?,
         })

@@ -28,6 +28,8 @@ pub enum Pass {
     Shadow,
     /// What clouds change of the light of air and ground.
     AirShadow,
+    /// What a sea reflects.
+    Sea,
     /// Particles to pixels.
     Blend,
     /// Sky, ground and air around the clouds.
@@ -38,7 +40,7 @@ pub enum Pass {
 
 impl Pass {
     /// All passes in order.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Sky,
         Self::Rings,
         Self::Opaque,
@@ -50,6 +52,7 @@ impl Pass {
         Self::Light,
         Self::Shadow,
         Self::AirShadow,
+        Self::Sea,
         Self::Blend,
         Self::Resolve,
         Self::Tonemap,
@@ -69,6 +72,7 @@ impl Pass {
             Self::LightField => "light_field",
             Self::Shadow => "shadow",
             Self::AirShadow => "air_shadow",
+            Self::Sea => "sea",
             Self::Blend => "blend",
             Self::Resolve => "resolve",
             Self::Tonemap => "tonemap",
@@ -134,8 +138,9 @@ impl FramePlan {
         let light = make(Product::Light, has_clouds);
         let shadow = make(Product::Shadow, has_maps);
         let air_shadow = make(Product::AirShadow, has_air_shadow);
+        let reflected = make(Product::Reflected, now.is_sea && now.in_view.ground);
         let clouds = make(Product::Clouds, has_clouds);
-        let picture = stale(Product::Picture) || shadow || air_shadow || clouds;
+        let picture = stale(Product::Picture) || shadow || air_shadow || reflected || clouds;
         made.extend(picture.then_some(Product::Picture));
 
         let mut decisions = Vec::new();
@@ -205,6 +210,16 @@ impl FramePlan {
                 _ if has_air_shadow => "air unchanged",
                 _ => "there is no air",
             }),
+        );
+        decide(
+            Pass::Sea,
+            reflected,
+            "clouds, their light, sky or camera changed",
+            match (now.is_sea, now.in_view.ground) {
+                (false, _) => "the ground is no sea",
+                (true, false) => "the sea is not in view",
+                (true, true) => "what it reflects is unchanged",
+            },
         );
         let blended_why = if clouds_changed { moved } else { "pixels of the past" };
         decide(Pass::Blend, clouds, blended_why, or_unseen("clouds unchanged"));

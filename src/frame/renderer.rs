@@ -25,6 +25,7 @@ use super::population::Shapes;
 use super::resources::{Capacities, Layout, ListCapacity, Resources};
 use super::reuse::{History, Seen};
 use super::rings;
+use super::sea::SeaPass;
 use super::settings::{Quality, RenderSettings};
 use super::shadow::ShadowJob;
 use super::sky::{SkyPass, SkyWork};
@@ -329,6 +330,9 @@ impl Renderer {
         time: f64,
         size: [u32; 2],
     ) -> Result<(FrameStats, Counts)> {
+        if scene.is_sea() {
+            self.compile_sea()?;
+        }
         let in_view = if self.make_unseen { InView::ALL } else { in_view(scene, time, size) };
         let columns = scene.clouds.as_ref().map_or(Ok(0), rings::columns)?;
         let (grid, shift) = if in_view.clouds && self.quality.lighting.has_grid() {
@@ -346,6 +350,7 @@ impl Renderer {
             columns,
             light_tiles: key.light.tiles,
             has_opaque: key.opaque.is_some(),
+            has_sea: key.is_sea,
             capacities: self.capacities.of_frame(),
         };
         let resources = match self.resources.take().filter(|r| r.layout == layout) {
@@ -411,6 +416,17 @@ impl Renderer {
         self.eye = scene.camera.position;
         plan.made().iter().for_each(|product| self.changes.done(*product));
         Ok((stats, counts))
+    }
+
+    /// What a sea needs, for the first frame that has one.
+    fn compile_sea(&mut self) -> Result<()> {
+        if self.passes.sea.is_none() {
+            let layouts = [self.tables.layout(), self.sky.march_layout(), self.sky.layout()];
+            let library = ShaderLibrary::new()?;
+            let sea = SeaPass::new(&self.gpu, &library, layouts, &self.passes.light_grid)?;
+            self.passes.sea = Some(sea);
+        }
+        Ok(())
     }
 
     /// Sides of a block of pixels: what stands in for the blend shades all of them.

@@ -21,36 +21,55 @@ impl ResolvePass {
         tables: &wgpu::BindGroupLayout,
         sky: &wgpu::BindGroupLayout,
     ) -> Result<Self> {
+        Self::with(gpu, library, &[], [tables, sky])
+    }
+
+    /// The same where the ground is a sea.
+    pub fn over_sea(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        tables: &wgpu::BindGroupLayout,
+        sky: &wgpu::BindGroupLayout,
+    ) -> Result<Self> {
+        Self::with(gpu, library, &[("SEA", 1)], [tables, sky])
+    }
+
+    fn with(
+        gpu: &Gpu,
+        library: &ShaderLibrary,
+        defs: &[(&str, u32)],
+        groups: [&wgpu::BindGroupLayout; 2],
+    ) -> Result<Self> {
         let file = crate::shader_file!("frame/resolve.wgsl");
-        Ok(Self { kernel: Kernel::new(gpu, library, file, &[], &[tables, sky])? })
+        Ok(Self { kernel: Kernel::new(gpu, library, file, defs, &groups)? })
     }
 
     /// Binds clouds, shadows, the picture, and what is opaque: its distances, radiance, and what sunlight adds.
+    /// `changed_light`: what clouds change of the light of air and ground, and where the ground is a sea, what that reflects.
     pub fn bind(
         &self,
         gpu: &Gpu,
         frame: &wgpu::Buffer,
         shadow: &ShadowJob,
-        changed_light: &wgpu::Buffer,
+        [changed_light, reflected]: [Option<&wgpu::Buffer>; 2],
         targets: &Targets,
         [distances, radiance, sunlit]: [&wgpu::TextureView; 3],
     ) -> wgpu::BindGroup {
         let picture = targets.picture.create_view(&Default::default());
-        self.kernel.bind(
-            gpu,
-            &[
-                frame.as_entire_binding(),
-                wgpu::BindingResource::TextureView(&targets.clouds),
-                wgpu::BindingResource::TextureView(&targets.distance),
-                wgpu::BindingResource::TextureView(&picture),
-                wgpu::BindingResource::TextureView(radiance),
-                wgpu::BindingResource::TextureView(sunlit),
-                wgpu::BindingResource::TextureView(distances),
-                shadow.uniforms.as_entire_binding(),
-                shadow.texels.as_entire_binding(),
-                changed_light.as_entire_binding(),
-            ],
-        )
+        let of_rays = [changed_light, reflected].into_iter().flatten();
+        let first = [
+            frame.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&targets.clouds),
+            wgpu::BindingResource::TextureView(&targets.distance),
+            wgpu::BindingResource::TextureView(&picture),
+            wgpu::BindingResource::TextureView(radiance),
+            wgpu::BindingResource::TextureView(sunlit),
+            wgpu::BindingResource::TextureView(distances),
+            shadow.uniforms.as_entire_binding(),
+            shadow.texels.as_entire_binding(),
+        ];
+        let of_rays = of_rays.map(wgpu::Buffer::as_entire_binding);
+        self.kernel.bind(gpu, &first.into_iter().chain(of_rays).collect::<Vec<_>>())
     }
 
     /// Records the pass.

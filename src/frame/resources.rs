@@ -10,6 +10,7 @@ use super::passes::Passes;
 use super::picture_lists::{PictureLists, Projection};
 use super::reuse::ReuseJob;
 use super::rings::{RingJob, particle_count_buffer};
+use super::sea::Reflected;
 use super::shadow::ShadowJob;
 use super::targets::Targets;
 use super::tile_lists::ListSize;
@@ -59,6 +60,8 @@ pub struct Layout {
     pub light_tiles: [u32; 2],
     /// Whether there may be something opaque.
     pub has_opaque: bool,
+    /// Whether the ground is a sea.
+    pub has_sea: bool,
     /// How much fits.
     pub capacities: Capacities,
 }
@@ -108,6 +111,8 @@ pub struct Resources {
     pub changed_light: wgpu::Buffer,
     /// Binding of the air shadow pass.
     pub air_shadow_bindings: wgpu::BindGroup,
+    /// What a sea reflects, on the same rays.
+    pub reflected: Option<Reflected>,
     /// Counts of the blend: look-ups, pixels, empty tiles; then where it has something to do.
     pub blend_counts: wgpu::Buffer,
     /// Binding of the blend, to the pixels.
@@ -219,8 +224,11 @@ impl Resources {
         let air_shadow_bindings = passes.air_shadow.bind(gpu, &frame, shadow, &changed_light);
         let [radiance, sunlit] = opaque.radiance(None);
         let of_opaque = [&opaque.distances, radiance, sunlit];
-        let resolve_bindings =
-            passes.resolve.bind(gpu, &frame, shadow, &changed_light, &targets, of_opaque);
+        let sea = passes.sea.as_ref().filter(|_| layout.has_sea);
+        let reflected = sea.map(|sea| sea.buffers(gpu, layout.size));
+        let of_rays = [Some(&changed_light), reflected.as_ref().map(|r| &r.light)];
+        let resolve = sea.map_or(&passes.resolve, |sea| &sea.resolve);
+        let resolve_bindings = resolve.bind(gpu, &frame, shadow, of_rays, &targets, of_opaque);
         let tonemap_bindings = passes.tonemap.bind(gpu, &frame, &targets);
         Self {
             layout,
@@ -236,6 +244,7 @@ impl Resources {
             shadow_bindings,
             changed_light,
             air_shadow_bindings,
+            reflected,
             blend_counts,
             blend_bindings,
             reuse,
@@ -260,6 +269,7 @@ impl Resources {
             + self.light.lists.bytes()
             + self.targets.bytes()
             + self.changed_light.size()
+            + self.reflected.as_ref().map_or(0, Reflected::bytes)
             + self.reuse.as_ref().map_or(0, |(job, _)| job.bytes())
     }
 }

@@ -42,6 +42,8 @@ const MODULES: &[(&str, &str)] = shader_files![
     "shared/atmosphere.wgsl",
     "shared/sky_march.wgsl",
     "shared/sky.wgsl",
+    "shared/sea.wgsl",
+    "shared/sea_light.wgsl",
 ];
 
 /// Composes the shaders of the passes; the modules are parsed once.

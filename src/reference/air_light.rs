@@ -14,6 +14,7 @@ use glam::DVec3;
 
 use super::geometry::{Medium, Ray};
 use super::random::Random;
+use super::sea::Waves;
 use super::transport::{
     AirHere, AirLobe, Flight, GROUND_OFFSET, Light, Matter, Surroundings, cosine_direction, fly,
     turned,
@@ -132,7 +133,29 @@ fn path_change<M: Medium, S: Surroundings>(
         Flight::Ground(t) => {
             let (albedo, normal) = surroundings.ground_at(ray.at(t));
             let point = ray.at(t) + normal * (GROUND_OFFSET * t.max(1.0));
-            let throughput = throughput * surroundings.air_below(&ray).1 * albedo;
+            let throughput = throughput * surroundings.air_below(&ray).1;
+            if let Some(sea) = surroundings.sea() {
+                let waves = Waves::new(sea, albedo, normal, -ray.dir);
+                let mut sum = DVec3::ZERO;
+                if let Some((sun, irradiance)) = surroundings.sun(point, random) {
+                    let towards = light.towards(sun);
+                    let change = towards.change(point, random);
+                    let mut of = |density: &dyn Fn(DVec3) -> f64| {
+                        density(sun) * change + towards.forward(point, density, random)
+                    };
+                    let change =
+                        of(&|dir| waves.glitter(dir)) + albedo * of(&|dir| waves.below(dir));
+                    sum += throughput * irradiance * change;
+                }
+                let bounce = waves.bounce(random);
+                let throughput = throughput * bounce.weight;
+                if throughput.max_element() <= 0.0 {
+                    return sum;
+                }
+                let onward = Ray { origin: point, dir: bounce.dir };
+                return sum + path_change(light, onward, throughput, random);
+            }
+            let throughput = throughput * albedo;
             let mut sum = DVec3::ZERO;
             if let Some((sun, irradiance)) = surroundings.sun(point, random) {
                 let density = |dir: DVec3| normal.dot(dir).max(0.0) / PI;
@@ -192,6 +215,7 @@ mod tests {
             camera_altitude,
             ground_albedo: Vec3::splat(0.1),
             has_ground: true,
+            sea_wind: None,
         }
     }
 

@@ -12,11 +12,16 @@ use glam::DVec3;
 
 use super::geometry::Ray;
 use super::random::Random;
+use super::sea::Waves;
 use super::sky_map::SkyMaps;
 use super::transport::{AirHere, Surroundings};
 use super::uniform_sky::{SunDisc, distance_to_ground, ground_normal};
+use crate::frame::cpu::atmosphere::air_span;
 use crate::frame::cpu::sky::Sky;
+use crate::frame::cpu::sky_march::AirRay;
 use crate::frame::sky::SkyInputs;
+use crate::frame::sky::spectrum::to_rgb;
+use crate::medium::Sea;
 
 /// Steps of rays of the eye: the air's radiance is then within 1e-3 of its limit.
 const EYE_STEPS: u32 = 64;
@@ -28,6 +33,8 @@ const NEAR: [(f64, u32); 2] = [(3000.0, 6), (20_000.0, 16)];
 /// collision, it was a twelfth of a path's time.
 const SUN_TOP: f64 = 20_000.0;
 const SUN_NODES: usize = 1024;
+/// Steps of rays of the sky that the sea reflects: as many as those of the frame's table.
+const SEA_STEPS: u32 = 32;
 
 /// The atmosphere around a scene.
 pub struct AtmosphereSky {
@@ -60,6 +67,30 @@ impl AtmosphereSky {
         let node = |i: usize| SUN_TOP * (i as f64 / (SUN_NODES - 1) as f64).powi(2);
         let sunlight = (0..SUN_NODES).map(|i| eye.sun_irradiance_at(node(i))).collect();
         Self { eye, near, sunlight, maps, sun, ground }
+    }
+
+    /// A ray that leaves the sea, as the air has it.
+    fn over_sea(&self, ray: &Ray, normal: DVec3) -> AirRay {
+        AirRay {
+            altitude: 0.0,
+            mu: ray.dir.dot(normal),
+            sun_mu: self.sun.towards.dot(normal),
+            cos_sun: ray.dir.dot(self.sun.towards).clamp(-1.0, 1.0),
+        }
+    }
+
+    /// Radiance of the sea at a distance (m) of a ray where there are no clouds.
+    fn clear_sea(&self, sea: &Sea, ray: &Ray, distance: f64) -> DVec3 {
+        let origin = ray.at(distance);
+        let waves = Waves::new(sea, self.ground, ground_normal(origin), -ray.dir);
+        let sky = waves.facets().map(|(dir, weight)| weight * self.sky(&Ray { origin, dir }));
+        let sun = self.sun.towards;
+        let by_sun = waves.glitter(sun) + self.ground * waves.below(sun);
+        let sun_mu = waves.level(sun);
+        let by_sky = self.eye.ground_irradiance(sun_mu) - self.sunlight(0.0) * sun_mu.max(0.0);
+        sky.sum::<DVec3>()
+            + by_sun * self.sunlight(0.0)
+            + self.ground / PI * waves.below_sky() * by_sky
     }
 
     fn sunlight(&self, altitude: f64) -> DVec3 {
@@ -98,6 +129,9 @@ impl Surroundings for AtmosphereSky {
     fn clear(&self, ray: &Ray) -> DVec3 {
         let Some(distance) = self.ground(ray) else { return self.sky(ray) };
         let (added, passed) = self.air_below(ray);
+        if let Some(sea) = self.sea() {
+            return added + passed * self.clear_sea(sea, ray, distance);
+        }
         let sun_mu = ground_normal(ray.at(distance)).dot(self.sun.towards);
         added + passed * self.ground / PI * self.eye.ground_irradiance(sun_mu)
     }
@@ -117,6 +151,23 @@ impl Surroundings for AtmosphereSky {
 
     fn ground_at(&self, point: DVec3) -> (DVec3, DVec3) {
         (self.ground, ground_normal(point))
+    }
+
+    fn sea(&self) -> Option<&Sea> {
+        self.eye.air().sea.as_deref()
+    }
+
+    fn sky_over_sea(&self, ray: &Ray, normal: DVec3) -> DVec3 {
+        let gathered = self.eye.air().gather_all(self.over_sea(ray, normal), false, SEA_STEPS);
+        self.eye.colour_of(gathered.radiance).max(DVec3::ZERO)
+    }
+
+    fn air_over_sea(&self, ray: &Ray, normal: DVec3, distance: f64) -> (DVec3, DVec3) {
+        let ray = self.over_sea(ray, normal);
+        let end = distance.min(air_span(ray.altitude, ray.mu).1);
+        let gathered = self.eye.air().gather_between(&ray, 0.0, end, NEAR[1].1);
+        let added = self.eye.colour_of(gathered.radiance).max(DVec3::ZERO);
+        (added, to_rgb((-gathered.optical_depth).exp()).max(DVec3::ZERO))
     }
 }
 
@@ -144,6 +195,7 @@ mod tests {
             camera_altitude: 30.0,
             ground_albedo: Vec3::splat(0.1),
             has_ground: true,
+            sea_wind: None,
         };
         for camera_altitude in [2.0, 30.0, 1480.0, 9000.0] {
             let surroundings = AtmosphereSky::new(&SkyInputs { camera_altitude, ..inputs });

@@ -70,6 +70,10 @@ pub fn exact_frame_before(
             format!("expected grid, which is composed exactly, found {}", quality.lighting);
         return Err(Error::input("lighting", message));
     }
+    if scene.is_sea() {
+        let message = "expected a plain ground: what a sea reflects is not composed exactly";
+        return Err(Error::input("ground.kind", message));
+    }
     let (particles, lights) = renderer.particles()?;
     let medium = &scene.medium;
     let scattering = tables.scattering_for(&medium.phase, medium.albedo).ok_or_else(|| {

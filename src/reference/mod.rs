@@ -18,6 +18,7 @@ mod particles;
 mod points;
 mod published;
 mod random;
+mod sea;
 mod sky_map;
 mod slab;
 mod speed;

@@ -182,7 +182,7 @@ fn slab_checks(row: &SlabRow, samples: u64, seed: u64, checks: &mut Vec<Check>) 
     }
     let sine = (1.0 - row.mu0 * row.mu0).max(0.0).sqrt();
     let sun = SunDisc::new(DVec3::new(-sine, row.mu0, 0.0), DVec3::splat(row.beam), 0.0);
-    let sky = UniformSky { radiance: DVec3::ZERO, sun: Some(sun), ground: None };
+    let sky = UniformSky { radiance: DVec3::ZERO, sun: Some(sun), ground: None, sea: None };
     for &(mu, expected) in row.radiances {
         // The ray of the eye runs against the light.
         let dir = DVec3::new((1.0 - mu * mu).sqrt(), -mu, 0.0);

@@ -184,6 +184,7 @@ mod tests {
             camera_altitude: 10.0,
             ground_albedo: Vec3::splat(0.1),
             has_ground: true,
+            sea_wind: None,
         }
     }
 

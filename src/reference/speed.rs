@@ -78,7 +78,7 @@ pub fn speed(paths: u64) -> Speed {
     let medium = clump();
     let matter = Matter { phase: Phase::Hg { g: 0.85 }.prepare(), albedo: 1.0 };
     let sun = SunDisc::new(DVec3::new(0.6, 0.8, 0.0), DVec3::ONE, 0.0093);
-    let sky = UniformSky { radiance: DVec3::splat(0.03), sun: Some(sun), ground: None };
+    let sky = UniformSky { radiance: DVec3::splat(0.03), sun: Some(sun), ground: None, sea: None };
     let (start, processor) = (Instant::now(), processor_time());
     let batches = paths.div_ceil(BATCH);
     let (light, met) = (0..batches)

@@ -17,8 +17,9 @@ use glam::DVec3;
 use super::air_light::air_change;
 use super::geometry::{Medium, Ray, first_collision};
 use super::random::Random;
+use super::sea::Waves;
 use super::sunlight::{Lobes, Towards};
-use crate::medium::PreparedPhase;
+use crate::medium::{PreparedPhase, Sea};
 
 /// What the medium's matter does to light that collides.
 #[derive(Clone, Copy, Debug)]
@@ -74,6 +75,21 @@ pub trait Surroundings: Sync {
 
     /// Albedo of the ground, and its normal at a point.
     fn ground_at(&self, point: DVec3) -> (DVec3, DVec3);
+
+    /// The waves of the ground, where it is a sea.
+    fn sea(&self) -> Option<&Sea> {
+        None
+    }
+
+    /// Radiance of the sky that the sea reflects, where nothing is in the way; `normal` is that of the sea there.
+    fn sky_over_sea(&self, ray: &Ray, _normal: DVec3) -> DVec3 {
+        self.sky(ray)
+    }
+
+    /// Light that the air adds over a distance (m) of what the sea reflects, and its transmittance.
+    fn air_over_sea(&self, _ray: &Ray, _normal: DVec3, _distance: f64) -> (DVec3, DVec3) {
+        (DVec3::ZERO, DVec3::ONE)
+    }
 }
 
 /// A scatterer of the air.
@@ -247,11 +263,25 @@ impl<'a, M: Medium, S: Surroundings> Light<'a, M, S> {
         // As long as nothing is behind that gathers what narrow scatterings beyond it send: only then
         // do the path's own ones count.
         straight &= lobes.narrow().is_some();
+        // The sea's normal where the last thing that happened was a reflection there.
+        let mut over_sea = None;
         for collision in 0.. {
             let sun;
+            if let (Some(normal), Flight::Collision(t)) = (over_sea, flight) {
+                let (added, passed) = surroundings.air_over_sea(&ray, normal, t);
+                sum += throughput * added;
+                throughput *= passed;
+            }
             match flight {
-                Flight::Escape => return sum + throughput * surroundings.sky(&ray),
+                Flight::Escape => {
+                    let sky = match over_sea {
+                        Some(normal) => surroundings.sky_over_sea(&ray, normal),
+                        None => surroundings.sky(&ray),
+                    };
+                    return sum + throughput * sky;
+                }
                 Flight::Collision(t) => {
+                    over_sea = None;
                     let (point, before) = (ray.at(t), ray.dir);
                     throughput *= matter.albedo;
                     sun = surroundings.sun(point, random);
@@ -285,19 +315,33 @@ impl<'a, M: Medium, S: Surroundings> Light<'a, M, S> {
                     }
                     let (albedo, normal) = surroundings.ground_at(ray.at(t));
                     let point = ray.at(t) + normal * (GROUND_OFFSET * t.max(1.0));
-                    throughput *= albedo;
                     sun = surroundings.sun(point, random);
-                    let density = |dir: DVec3| normal.dot(dir).max(0.0) / PI;
-                    if let Some((sun, irradiance)) = sun {
-                        let strength = throughput.max_element() / PI;
-                        let light = self.towards(sun).gather(point, density, strength, random);
-                        sum += throughput * irradiance * light;
-                    }
-                    ray = Ray { origin: point, dir: cosine_direction(normal, random) };
-                    straight &= !lobes.are_apart();
-                    if let Some(lobe) = self.lobe(sun, straight, throughput) {
-                        lobe.split(point, throughput, density, random, branches);
-                        throughput *= lobe.share(density(ray.dir), ray.dir);
+                    if let Some(sea) = surroundings.sea() {
+                        let waves = Waves::new(sea, albedo, normal, -ray.dir);
+                        if let Some((sun, irradiance)) = sun {
+                            sum += throughput
+                                * irradiance
+                                * self.from_waves(&waves, sun, point, throughput, random);
+                        }
+                        let bounce = waves.bounce(random);
+                        over_sea = bounce.is_reflected.then_some(normal);
+                        throughput *= bounce.weight;
+                        ray = Ray { origin: point, dir: bounce.dir };
+                        straight &= !lobes.are_apart();
+                    } else {
+                        throughput *= albedo;
+                        let density = |dir: DVec3| normal.dot(dir).max(0.0) / PI;
+                        if let Some((sun, irradiance)) = sun {
+                            let strength = throughput.max_element() / PI;
+                            let light = self.towards(sun).gather(point, density, strength, random);
+                            sum += throughput * irradiance * light;
+                        }
+                        ray = Ray { origin: point, dir: cosine_direction(normal, random) };
+                        straight &= !lobes.are_apart();
+                        if let Some(lobe) = self.lobe(sun, straight, throughput) {
+                            lobe.split(point, throughput, density, random, branches);
+                            throughput *= lobe.share(density(ray.dir), ray.dir);
+                        }
                     }
                 }
             }
@@ -312,6 +356,23 @@ impl<'a, M: Medium, S: Surroundings> Light<'a, M, S> {
             flight = fly(self.medium, *surroundings, &ray, random);
         }
         sum
+    }
+
+    /// Sunlight that the sea sends back along a path, per unit of irradiance.
+    fn from_waves(
+        &self,
+        waves: &Waves<'_>,
+        sun: DVec3,
+        point: DVec3,
+        throughput: DVec3,
+        random: &mut Random,
+    ) -> DVec3 {
+        let (towards, carried) = (self.towards(sun), throughput.max_element());
+        let glitter = |dir: DVec3| waves.glitter(dir);
+        let of_glitter = towards.gather(point, glitter, glitter(sun) * carried, random);
+        let below = |dir: DVec3| waves.below(dir);
+        let of_water = towards.gather(point, below, below(sun) * carried, random);
+        of_glitter + waves.albedo * of_water
     }
 
     pub(super) fn towards(&self, sun: DVec3) -> Towards<'_, M, S> {

@@ -1,6 +1,7 @@
 //! Surroundings without air: the same radiance from everywhere, a sun, perhaps a ground.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -8,6 +9,7 @@ use super::geometry::Ray;
 use super::random::Random;
 use super::transport::{Surroundings, turned};
 use crate::frame::sky::gpu_data::{DISC_RIM, PLANET_RADIUS, disc_peak, disc_profile};
+use crate::medium::Sea;
 
 /// The sun as the disc that the frame shows: darker towards its limb, with a soft rim.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +57,7 @@ impl SunDisc {
 }
 
 /// A uniform sky.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct UniformSky {
     /// From all directions.
     pub radiance: DVec3,
@@ -63,6 +65,8 @@ pub struct UniformSky {
     pub sun: Option<SunDisc>,
     /// Albedo of the ground, where there is one.
     pub ground: Option<DVec3>,
+    /// Its waves, where it is a sea.
+    pub sea: Option<Arc<Sea>>,
 }
 
 /// Distance along a ray to a planet whose surface is altitude 0, m.
@@ -103,6 +107,10 @@ impl Surroundings for UniformSky {
 
     fn ground_at(&self, point: DVec3) -> (DVec3, DVec3) {
         (self.ground.unwrap_or(DVec3::ZERO), ground_normal(point))
+    }
+
+    fn sea(&self) -> Option<&Sea> {
+        self.sea.as_deref()
     }
 }
 

@@ -58,6 +58,7 @@ impl World {
                     )
                 }),
                 ground: scene.effective_ground().map(|g| g.albedo),
+                sea: sky_inputs(scene).sea(),
             }),
             Sky::Atmosphere => Place::Air(Box::new(AtmosphereSky::new(&sky_inputs(scene)))),
         };

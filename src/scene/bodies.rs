@@ -55,20 +55,54 @@ pub enum Sky {
     Atmosphere,
 }
 
-/// A Lambertian sphere at altitude 0.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// What the ground's surface is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GroundKind {
+    /// Lambertian: it scatters alike in all directions.
+    Plain,
+    /// Waves that reflect by Fresnel's equations over water that scatters some of what enters it; see
+    /// [`crate::medium::Sea`].
+    Sea {
+        /// 12.5 m above the surface, as Cox and Munk have it, m/s; it sets how rough the sea is.
+        wind_speed: f64,
+    },
+}
+
+/// A sphere at altitude 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
-    /// Reflected share of linear Rec. 709 red, green and blue.
-    #[serde(with = "vector::three")]
+    /// What its surface is.
+    pub kind: GroundKind,
+    /// Reflected share of linear Rec. 709 red, green and blue; of a sea the share of the light that has entered the water
+    /// which leaves it again.
     pub albedo: DVec3,
+}
+
+impl Ground {
+    /// One that scatters alike in all directions.
+    pub fn plain(albedo: DVec3) -> Self {
+        Self { kind: GroundKind::Plain, albedo }
+    }
+
+    /// The sea, m/s.
+    pub fn sea(wind_speed: f64, albedo: DVec3) -> Self {
+        Self { kind: GroundKind::Sea { wind_speed }, albedo }
+    }
+
+    /// The wind over it, where it is a sea, m/s.
+    pub fn wind_speed(&self) -> Option<f64> {
+        match self.kind {
+            GroundKind::Plain => None,
+            GroundKind::Sea { wind_speed } => Some(wind_speed),
+        }
+    }
 }
 
 impl Default for Ground {
     /// Grass and fields: the order of measured broadband albedos of vegetation in the visible
     /// (0.05 to 0.15), most in green.
     fn default() -> Self {
-        Self { albedo: DVec3::new(0.09, 0.11, 0.06) }
+        Self::plain(DVec3::new(0.09, 0.11, 0.06))
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::fault::{At, Checked};
 use super::{
-    Camera, Channel, CloudField, ParticleSpec, Scene, Sky, Sun, WeatherMap, limits, vector,
+    Camera, Channel, CloudField, GroundKind, ParticleSpec, Scene, Sky, Sun, WeatherMap, limits,
+    vector,
 };
 
 /// All of a scene.
@@ -16,6 +17,9 @@ pub(super) fn scene(scene: &Scene) -> Checked {
     if let Some(ground) = &scene.ground {
         let at = root.key("ground");
         at.key("albedo").numbers(&ground.albedo.to_array(), &limits::ALBEDO)?;
+        if let GroundKind::Sea { wind_speed } = ground.kind {
+            at.key("wind_speed").number(wind_speed, &limits::WIND_SPEED)?;
+        }
     }
     let at = root.key("medium");
     scene.medium.phase.check().map_err(|e| at.key("phase").fault(e.to_string()))?;

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use toml::de::{DeTable, DeValue};
 
 use super::fault::{self, At, Fault};
-use super::{Camera, CloudField, Ground, Medium, ParticleSpec, Scene, Sky, Sun};
+use super::{Camera, CloudField, Ground, GroundKind, Medium, ParticleSpec, Scene, Sky, Sun};
 use super::{check, particles, vector};
 use crate::error::{Error, Result};
 
@@ -23,7 +24,7 @@ struct SceneFile {
     #[serde(default)]
     sky: SkyTable,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    ground: Option<Ground>,
+    ground: Option<GroundTable>,
     #[serde(default)]
     medium: Medium,
     #[serde(default)]
@@ -52,6 +53,56 @@ enum SkyKind {
 impl Default for SkyTable {
     fn default() -> Self {
         Self { kind: SkyKind::Atmosphere, radiance: None }
+    }
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GroundTable {
+    #[serde(default, skip_serializing_if = "GroundName::is_plain")]
+    kind: GroundName,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    wind_speed: Option<f64>,
+    #[serde(with = "vector::three")]
+    albedo: DVec3,
+}
+
+#[derive(Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum GroundName {
+    #[default]
+    Plain,
+    Sea,
+}
+
+impl GroundName {
+    fn is_plain(&self) -> bool {
+        *self == Self::Plain
+    }
+}
+
+impl GroundTable {
+    fn ground(&self, at: At<'_>) -> std::result::Result<Ground, Fault> {
+        match (self.kind, self.wind_speed) {
+            (GroundName::Plain, None) => Ok(Ground::plain(self.albedo)),
+            (GroundName::Sea, Some(wind_speed)) => Ok(Ground::sea(wind_speed, self.albedo)),
+            (GroundName::Plain, Some(_)) => Err(at
+                .key("wind_speed")
+                .fault("only a sea has a wind_speed, expected kind = \"sea\" with it")),
+            (GroundName::Sea, None) => Err(at
+                .key("wind_speed")
+                .fault("is missing, a sea needs it: expected a speed in m/s")),
+        }
+    }
+}
+
+impl From<Ground> for GroundTable {
+    fn from(Ground { kind, albedo }: Ground) -> Self {
+        let (kind, wind_speed) = match kind {
+            GroundKind::Plain => (GroundName::Plain, None),
+            GroundKind::Sea { wind_speed } => (GroundName::Sea, Some(wind_speed)),
+        };
+        Self { kind, wind_speed, albedo }
     }
 }
 
@@ -145,12 +196,13 @@ fn checked(file: SceneFile) -> std::result::Result<Scene, Fault> {
             ));
         }
     };
+    let ground = file.ground.map(|table| table.ground(at.key("ground"))).transpose()?;
     let mut scene = Scene {
         name: file.name,
         camera: file.camera,
         sun: file.sun,
         sky,
-        ground: file.ground,
+        ground,
         medium: file.medium,
         particles: file.particles,
         clouds: file.clouds,
@@ -174,7 +226,7 @@ pub(super) fn write(scene: &Scene) -> Result<String> {
         camera: scene.camera,
         sun: scene.sun,
         sky: SkyTable { kind, radiance },
-        ground: scene.ground,
+        ground: scene.ground.map(GroundTable::from),
         medium: scene.medium,
         output: Output { exposure: scene.exposure },
         clouds: scene.clouds.clone(),

@@ -38,6 +38,8 @@ pub const IRRADIANCE: Range = range(0.0, 1e6, "");
 pub const ANGULAR_DIAMETER: Range = range(0.01, 20.0, "degrees");
 /// A reflected or scattered share.
 pub const ALBEDO: Range = range(0.0, 1.0, "");
+/// Speed of the wind over a sea: Cox and Munk measured up to 14 m/s; beyond, the slopes' mean square is carried on in proportion.
+pub const WIND_SPEED: Range = range(0.0, 60.0, "m/s");
 /// Radius of a particle.
 pub const RADIUS: Range = range(1e-3, 1e6, "m");
 /// Extinction at density 1.

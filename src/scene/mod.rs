@@ -18,7 +18,7 @@ mod weather;
 
 use std::path::Path;
 
-pub use bodies::{Ground, Medium, Sky, Sun};
+pub use bodies::{Ground, GroundKind, Medium, Sky, Sun};
 pub use camera::{Camera, CameraBasis};
 pub use clouds::CloudField;
 pub use particles::ParticleSpec;
@@ -142,6 +142,11 @@ impl Scene {
             (None, Sky::Atmosphere) => Some(Ground::default()),
             (None, Sky::Uniform { .. }) => None,
         }
+    }
+
+    /// Whether the ground is a sea.
+    pub fn is_sea(&self) -> bool {
+        self.effective_ground().is_some_and(|ground| ground.wind_speed().is_some())
     }
 }
 

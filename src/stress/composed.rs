@@ -48,20 +48,20 @@ const DARK: f64 = 1e-4;
 /// Tables of the air over a ground of some albedo: they take longer than a picture's pixels.
 #[derive(Clone, Debug)]
 pub struct KeptAir {
-    ground_albedo: Vec3,
+    ground: (Vec3, Option<f64>),
     air: Air,
 }
 
 /// The sky of a scene, with the last one's air where it fits. Without air any does.
 fn sky(scene: &Scene, kept: &mut Option<KeptAir>) -> Sky {
     let inputs = sky_inputs(scene);
-    let fits =
-        |k: &KeptAir| scene.sky != SkyOf::Atmosphere || k.ground_albedo == inputs.ground_albedo;
+    let ground = (inputs.ground_albedo, inputs.sea_wind);
+    let fits = |k: &KeptAir| scene.sky != SkyOf::Atmosphere || k.ground == ground;
     if let Some(kept) = kept.as_ref().filter(|k| fits(k)) {
         return Sky::with_air(&inputs, AIR_STEPS, kept.air.clone());
     }
     let sky = Sky::new(&inputs, AIR_STEPS);
-    *kept = Some(KeptAir { ground_albedo: inputs.ground_albedo, air: sky.air().clone() });
+    *kept = Some(KeptAir { ground, air: sky.air().clone() });
     sky
 }
 
@@ -146,6 +146,10 @@ impl Composed<'_> {
             let (deepest, all) =
                 depths.fold((0.0f64, 0.0), |(most, sum), d| (most.max(d), sum + d));
             if deepest > DEEPEST_COMPARED {
+                continue;
+            }
+            // What a sea reflects is not composed exactly.
+            if scene.is_sea() && exact.far(dir).is_finite() {
                 continue;
             }
             found.pixels += 1;

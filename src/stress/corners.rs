@@ -69,6 +69,7 @@ pub fn corners(size: [u32; 2], preset: Preset) -> Vec<Case> {
     c.weather();
     c.views();
     c.skies();
+    c.seas();
     c.numbers();
     c.media();
     let live = live::corners(&c.cases, size);
@@ -284,9 +285,42 @@ impl Corners {
         for albedo in [0.0, 1.0] {
             let mut scene = clump(DVec3::new(0.0, 300.0, 0.0));
             scene.sky = Sky::Atmosphere;
-            scene.ground = Some(Ground { albedo: DVec3::splat(albedo) });
+            scene.ground = Some(Ground::plain(DVec3::splat(albedo)));
             self.add(format!("a ground of albedo {albedo}"), scene);
         }
+    }
+
+    /// A sea of no wind and of a storm, from its surface to far away, with the sun up, at the horizon and below it.
+    fn seas(&mut self) {
+        for wind in [0.0, 60.0] {
+            let mut scene = clump(DVec3::new(0.0, 300.0, 0.0));
+            scene.sky = Sky::Atmosphere;
+            scene.ground =
+                Some(Ground::sea(wind, DVec3::splat(if wind > 0.0 { 1.0 } else { 0.0 })));
+            scene.camera.target.y = 0.0;
+            let mut at = |name: &str, eye: DVec3, sun: DVec3| {
+                let mut scene = scene.clone();
+                scene.camera.position = eye;
+                scene.sun.direction = sun.normalize();
+                self.add(format!("a sea, wind {wind} m/s, {name}"), scene);
+            };
+            let (high, sun) = (DVec3::new(60.0, 390.0, AWAY), DVec3::new(0.48, 0.64, 0.6));
+            at("from above", high, sun);
+            at("the eye at the surface", DVec3::new(0.0, 0.0, AWAY), sun);
+            at("the eye right above", DVec3::new(0.0, AWAY, 0.0), DVec3::Y);
+            at("the sun at the horizon", high, DVec3::NEG_Z);
+            at("the sun below the horizon", high, DVec3::new(0.0, -0.1, -1.0));
+            at("from orbit", DVec3::new(0.0, 1e7, 1e7), sun);
+        }
+        let mut scene = clump(DVec3::new(0.0, 300.0, 0.0));
+        scene.ground = Some(Ground::sea(5.0, DVec3::ONE));
+        self.add("a sea under a uniform sky", scene);
+        let mut scene = field();
+        scene.ground = Some(Ground::sea(5.0, DVec3::splat(0.05)));
+        scene.camera.target = DVec3::new(0.0, -100.0, -600.0);
+        self.add("a sea under a field", scene.clone());
+        scene.clouds = None;
+        self.add("a sea without clouds", scene);
     }
 
     fn numbers(&mut self) {

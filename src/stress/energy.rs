@@ -16,15 +16,19 @@
 //!   more, since no light goes down into a half-space either. Hollow shapes may gather
 //!   light from more than one side: twice as much is allowed.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::Made;
 use crate::frame::Picture;
-use crate::frame::cpu::atmosphere::{aerosol_phase, rayleigh_phase};
-use crate::frame::sky::gpu_data::{DISC_RIM, disc_peak};
-use crate::medium::Halo;
+use crate::frame::cpu::atmosphere::{aerosol_phase, distance_to_ground, rayleigh_phase};
+use crate::frame::cpu::sea::surface_normal;
+use crate::frame::renderer::sky_inputs;
+use crate::frame::sky::gpu_data::{DISC_RIM, disc_peak, seen_from};
 use crate::medium::halo::{HALO_COLUMNS, HALO_DEEPEST, HALO_DEPTH};
 use crate::medium::phase::PreparedPhase;
+use crate::medium::{Halo, Sea};
 use crate::reference::{Filter, View};
 use crate::scene::{Scene, Sky};
 
@@ -50,6 +54,7 @@ pub struct Energy<'a> {
     scattered: f64,
     phase: PreparedPhase,
     halo: &'a Halo,
+    sea: Option<(Arc<Sea>, f64)>,
 }
 
 impl<'a> Energy<'a> {
@@ -70,7 +75,24 @@ impl<'a> Energy<'a> {
             scattered: if has_matter { albedo / made.truncation.scale(albedo) } else { 0.0 },
             phase: phase.prepare(),
             halo: &made.halo,
+            sea: sky_inputs(scene).sea().map(|sea| (sea, seen_from(scene.camera.position.y))),
         }
+    }
+
+    /// Sunlight that a sea may send in a direction, over the sun's irradiance, 1/sr: glitter, and of clouds whatever
+    /// is scattered at any angle.
+    fn of_sea(&self, dir: DVec3) -> f64 {
+        let Some((sea, altitude)) = &self.sea else { return 0.0 };
+        let distance = distance_to_ground(*altitude, dir.y);
+        if distance < 0.0 {
+            return 0.0;
+        }
+        let normal = surface_normal(dir * distance, *altitude);
+        let level = normal.dot(self.sun).max(0.0);
+        let clouds = self.scattered * self.phase.eval(1.0).max(self.phase.eval(-1.0));
+        let halo = self.halo.factors.iter().fold(1.0f64, |most, f| most.max(f64::from(*f)));
+        let air = if self.has_air { aerosol_phase(1.0) } else { 0.0 };
+        level * sea.glitter(normal, -dir, self.sun) + clouds * halo + air
     }
 
     /// Most radiance that can come from a direction.
@@ -88,6 +110,7 @@ impl<'a> Energy<'a> {
         if self.has_air {
             of_sun += rayleigh_phase(cosine).max(aerosol_phase(cosine));
         }
+        of_sun += self.of_sea(dir);
         if self.meets_disc(dir) {
             of_sun += self.disc[1];
         }

@@ -115,7 +115,7 @@ impl Draw<'_> {
         scene.sun.angular_diameter = self.of(&limits::ANGULAR_DIAMETER);
         if self.one_in(2.0) {
             let albedo = DVec3::new(self.unit(), self.unit(), self.unit());
-            scene.ground = Some(Ground { albedo });
+            scene.ground = Some(Ground::plain(albedo));
         }
         scene.exposure = self.between(limits::EXPOSURE.least, limits::EXPOSURE.most);
         // Everything lies within this distance of a place that may be far away.

@@ -9,6 +9,7 @@ mod opaque;
 mod passes;
 mod picture;
 mod reuse;
+mod sea;
 mod shader_branches;
 mod shaders;
 mod slices;

@@ -70,7 +70,7 @@ fn the_ground_shows_the_shadow_of_the_particle() {
     let mut scene = space(sky, 1.0, DVec3::new(0.0, 250.0, 0.0), vec![cloud]);
     scene.camera.fov_x = 120.0;
     scene.sun.direction = DVec3::Y;
-    scene.ground = Some(Ground { albedo });
+    scene.ground = Some(Ground::plain(albedo));
     let picture = picture(&scene, Preset::High, SIZE);
     let mut shades = [f64::INFINITY, 0.0];
     for (i, pixel) in picture.radiance.iter().enumerate() {

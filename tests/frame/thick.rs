@@ -45,7 +45,7 @@ fn traced(scene: &Scene) -> f64 {
     let medium = ParticleGrid::new(particles.collect());
     let matter = Matter { phase: scene.medium.phase.prepare(), albedo: 1.0 };
     let sun = SunDisc::new(scene.sun.direction, DVec3::ONE, 0.0093);
-    let sky = UniformSky { radiance: DVec3::ZERO, sun: Some(sun), ground: None };
+    let sky = UniformSky { radiance: DVec3::ZERO, sun: Some(sun), ground: None, sea: None };
     let view = View::new(&scene.camera, [SIDE; 2], None, Filter::Box);
     let mut film = Film::new([SIDE; 2]);
     film.expose(&medium, &sky, &matter, &view, 3, 400);

@@ -7,6 +7,7 @@ mod listed;
 mod maps;
 mod octaves;
 mod parts;
+mod sea;
 mod tables;
 
 use crate::common::{Group, Random, Snippet, map_with};

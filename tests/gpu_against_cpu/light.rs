@@ -59,6 +59,7 @@ impl Sky {
             camera_altitude: 0.0,
             ground_albedo: Vec3::ZERO,
             has_ground: false,
+            sea_wind: None,
         };
         let work = pass.update(gpu(), &inputs);
         let mut encoder = gpu().device.create_command_encoder(&Default::default());

@@ -61,6 +61,29 @@ fn numbers_out_of_range() {
 }
 
 #[test]
+fn a_sea_out_of_range() {
+    let ground = |lines: &str| format!("{SMALLEST}[ground]\nalbedo = [0, 0, 0]\n{lines}");
+    for (lines, part) in [
+        (
+            "kind = \"sea\"\nwind_speed = 61.0",
+            "ground.wind_speed: expected a number from 0 to 60 m/s, found 61",
+        ),
+        (
+            "kind = \"sea\"\nwind_speed = -0.5",
+            "ground.wind_speed: expected a number from 0 to 60 m/s",
+        ),
+        ("kind = \"sea\"\nwind_speed = nan", "ground.wind_speed: expected a number"),
+        ("kind = \"sea\"", "ground.wind_speed: is missing, a sea needs it"),
+        ("wind_speed = 5.0", "ground.wind_speed: only a sea has a wind_speed"),
+        ("kind = \"lake\"", "ground.kind: "),
+    ] {
+        let message = refusal(&ground(lines));
+        assert!(message.starts_with("a.toml:") && message.contains(part), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+    }
+}
+
+#[test]
 fn not_a_number() {
     for (from, field) in [
         ("position", "camera.position[0]"),

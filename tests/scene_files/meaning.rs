@@ -45,7 +45,7 @@ fn every_field_is_read() {
         },
         sun: Sun { direction: DVec3::new(0.0, 0.6, 0.8), irradiance: 2.5, angular_diameter: 0.7 },
         sky: Sky::Uniform { radiance: 0.0318 },
-        ground: Some(Ground { albedo: DVec3::new(0.25, 0.5, 0.75) }),
+        ground: Some(Ground::plain(DVec3::new(0.25, 0.5, 0.75))),
         medium: Medium { phase: Phase::Hg { g: 0.85 }, albedo: 0.9 },
         particles: vec![
             ParticleSpec {
@@ -104,7 +104,7 @@ fn what_is_left_out_has_its_default() {
     assert_eq!((scene.camera.up, scene.camera.fov_x), (DVec3::Y, 60.0));
     assert_eq!((scene.sun.irradiance, scene.sun.angular_diameter), (1.0, 0.533));
     assert_eq!((scene.sky, scene.ground), (Sky::Atmosphere, None));
-    let grass = Ground { albedo: DVec3::new(0.09, 0.11, 0.06) };
+    let grass = Ground::plain(DVec3::new(0.09, 0.11, 0.06));
     assert_eq!(scene.effective_ground(), Some(grass));
     assert_eq!(scene.medium, Medium { phase: Phase::Mie { diameter_um: 20.0 }, albedo: 1.0 });
     assert_eq!((scene.exposure, scene.clouds.is_none()), (0.0, true));
@@ -135,7 +135,7 @@ fn a_uniform_sky_has_no_ground_unless_asked_for() {
     let uniform = format!("{SMALLEST}[sky]\nkind = \"uniform\"\nradiance = 0.1\n");
     assert_eq!(parse(&uniform).expect("a good scene").effective_ground(), None);
     let grounded = format!("{uniform}[ground]\nalbedo = [0.5, 0.5, 0.5]\n");
-    let ground = Ground { albedo: DVec3::splat(0.5) };
+    let ground = Ground::plain(DVec3::splat(0.5));
     assert_eq!(parse(&grounded).expect("a good scene").effective_ground(), Some(ground));
 }
 
@@ -162,4 +162,22 @@ fn the_readme_names_every_field() {
 fn an_editors_byte_order_mark_is_no_part_of_the_text() {
     let marked = format!("\u{feff}{SMALLEST}");
     assert_eq!(parse(&marked).expect("a good scene"), parse(SMALLEST).expect("a good scene"));
+}
+
+#[test]
+fn a_sea_has_a_wind() {
+    let sea = format!(
+        "{SMALLEST}[ground]\nkind = \"sea\"\nwind_speed = 7.5\nalbedo = [0.0, 0.25, 0.5]\n"
+    );
+    let scene = parse(&sea).expect("a good scene");
+    assert_eq!(scene.ground, Some(Ground::sea(7.5, DVec3::new(0.0, 0.25, 0.5))));
+    assert!(scene.is_sea());
+    let again = parse(&scene.to_toml().expect("text")).expect("the same scene");
+    assert_eq!(again, scene);
+    // Plain is what a ground is that says nothing, and is written as before.
+    let plain = format!("{SMALLEST}[ground]\nkind = \"plain\"\nalbedo = [0.5, 0.5, 0.5]\n");
+    let scene = parse(&plain).expect("a good scene");
+    assert_eq!(scene.ground, Some(Ground::plain(DVec3::splat(0.5))));
+    let text = scene.to_toml().expect("text");
+    assert!(!text.contains("wind_speed") && !text.contains("plain"), "{text}");
 }

@@ -13,6 +13,7 @@ pub mod octaves;
 pub mod rings;
 pub mod scan;
 pub mod screen_project;
+pub mod sea;
 pub mod segments;
 pub mod shadow;
 pub mod sky;

@@ -38,7 +38,7 @@ impl Sky {
     /// Makes the tables of the air; rays will be marched in `steps` steps.
     pub fn new(inputs: &SkyInputs, steps: u32) -> Self {
         let albedo = reflectance(inputs.ground_albedo.as_dvec3());
-        Self::with_air(inputs, steps, Air::new(Coefficients::earth(), albedo))
+        Self::with_air(inputs, steps, Air::new(Coefficients::earth(), albedo, inputs.sea()))
     }
 
     /// The same with tables of the air that are there already: those of another sky over the same
@@ -59,11 +59,26 @@ impl Sky {
         &self.air
     }
 
-    fn uniform(&self) -> Option<DVec3> {
+    pub(super) fn uniform(&self) -> Option<DVec3> {
         match self.inputs.kind {
             SkyKind::Uniform { radiance } => Some(DVec3::splat(f64::from(radiance))),
             SkyKind::Atmosphere => None,
         }
+    }
+
+    /// Altitude of the eye, m.
+    pub(super) fn altitude(&self) -> f64 {
+        self.altitude
+    }
+
+    /// Steps of rays.
+    pub(super) fn steps(&self) -> u32 {
+        self.steps
+    }
+
+    /// Of the ground, or of the water below a sea.
+    pub(super) fn ground_albedo(&self) -> DVec3 {
+        self.inputs.ground_albedo.as_dvec3()
     }
 
     /// Direction to the sun.
@@ -129,7 +144,10 @@ impl Sky {
         if let Some(radiance) = self.uniform() {
             let by_sun = self.irradiance * self.sun.y.max(0.0) / PI;
             let ground = self.inputs.ground_albedo.as_dvec3();
-            let lit = ground * (shares[0] * by_sun + shares[1] * radiance);
+            let reflected = self.air.reflected(self.sun.y);
+            let [by_sun, by_sky] = [(reflected[0], by_sun), (reflected[1], radiance.x)]
+                .map(|(share, light)| (ground + share * (1.0 - ground)) * light);
+            let lit = shares[0] * by_sun + shares[1] * by_sky;
             return if self.inputs.has_ground { lit } else { radiance };
         }
         let [_, air, by_sun, by_sky] = self.air.hemispheres(altitude.max(0.0), self.sun.y);

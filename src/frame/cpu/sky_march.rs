@@ -4,6 +4,7 @@
 
 use glam::{DVec2, DVec4};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use super::atmosphere::{
     aerosol_phase, air_span, altitude_along, altitude_at_place, altitude_place, depth_place,
@@ -13,6 +14,7 @@ use super::atmosphere::{
 use crate::frame::sky::gpu_data::PLANET_RADIUS;
 use crate::frame::sky::spectrum::Coefficients;
 use crate::frame::sky::tables::{DEPTH_SIZE, GROUND_SIZE, MULTIPLE_SIZE};
+use crate::medium::Sea;
 
 /// A table of values at the four wavelengths, over the unit square.
 #[derive(Clone, Debug)]
@@ -86,8 +88,10 @@ pub struct Gathered {
 pub struct Air {
     /// What it is made of.
     pub coefficients: Coefficients,
-    /// Reflectance of the ground.
+    /// Reflectance of the ground, or of the water below a sea.
     pub ground_albedo: DVec4,
+    /// Its waves, where it is a sea.
+    pub sea: Option<Arc<Sea>>,
     /// Optical depth to space.
     pub depth: Table,
     /// Mean radiance of light scattered twice and more.
@@ -126,11 +130,12 @@ fn over_azimuths(count: u32, f: impl Fn(f64) -> Gathered) -> Gathered {
 
 impl Air {
     /// The tables as the passes fill them.
-    pub fn new(coefficients: Coefficients, ground_albedo: DVec4) -> Self {
+    pub fn new(coefficients: Coefficients, ground_albedo: DVec4, sea: Option<Arc<Sea>>) -> Self {
         let nothing = |size| Table::new(size, |_| DVec4::ZERO);
         let mut air = Self {
             coefficients,
             ground_albedo,
+            sea,
             depth: Table::new(DEPTH_SIZE, |place| {
                 let (altitude, mu) = depth_ray(place);
                 depth_to_space(&coefficients, altitude, mu, 64)
@@ -217,12 +222,23 @@ impl Air {
         self.ground_by_sun(sun_mu) + self.ground_by_sky(sun_mu)
     }
 
+    /// Shares of sunlight from this height and of skylight that a sea reflects; none where there is none.
+    pub fn reflected(&self, sun_mu: f64) -> [f64; 2] {
+        self.sea.as_ref().map_or([0.0; 2], |s| [s.reflectance(sun_mu), s.mean_reflectance()])
+    }
+
+    fn albedo(&self, reflected: f64) -> DVec4 {
+        self.ground_albedo + reflected * (1.0 - self.ground_albedo)
+    }
+
     fn ground_by_sun(&self, sun_mu: f64) -> DVec4 {
-        self.ground_albedo / PI * sun_mu.max(0.0) * self.sunlight(0.0, sun_mu)
+        let albedo = self.albedo(self.reflected(sun_mu)[0]);
+        albedo / PI * sun_mu.max(0.0) * self.sunlight(0.0, sun_mu)
     }
 
     fn ground_by_sky(&self, sun_mu: f64) -> DVec4 {
-        self.ground_albedo / PI * self.ground.at(DVec2::new(sun_place(sun_mu), 0.0))
+        self.albedo(self.reflected(0.0)[1]) / PI
+            * self.ground.at(DVec2::new(sun_place(sun_mu), 0.0))
     }
 
     fn gather(&self, ray: &AirRay, begin: f64, end: f64, so_far: &Gathered) -> Gathered {
@@ -283,7 +299,7 @@ impl Air {
             let end = ground_reach(ray.altitude, ray.mu);
             let through = (-sum.optical_depth).exp();
             sum.radiance += through * self.ground_light(sun_mu_along(&ray, 0.0, end));
-            sum.response += through * self.ground_albedo;
+            sum.response += through * self.albedo(self.reflected(0.0)[1]);
         }
         sum
     }

@@ -171,6 +171,11 @@ impl LightGrid {
         self.shown.as_ref().map(|s| [&s.job.sources, &s.job.lights])
     }
 
+    /// Share of the sunlight by slot, of what is shown.
+    pub fn sun_mean(&self) -> Option<&wgpu::Buffer> {
+        self.shown.as_ref().map(|s| &s.job.sun)
+    }
+
     /// Bind group 3 of passes that read the field.
     pub fn bind_group(&self) -> Option<&wgpu::BindGroup> {
         self.shown.as_ref().map(|s| &s.job.read)

@@ -27,7 +27,7 @@ const TURNS: u32 = 256;
 
 /// What was asked for last, with the tables of the air over that ground, which take longer than all else here.
 struct Kept {
-    ground: Vec3,
+    ground: (Vec3, Option<f64>),
     air: Air,
     sun: Vec3,
     altitude: f64,
@@ -43,14 +43,17 @@ pub fn unevenness(inputs: &SkyInputs, altitude: f64) -> [f32; AXES] {
     if inputs.kind != SkyKind::Atmosphere {
         return [0.0; AXES];
     }
-    let (ground, sun) = (inputs.ground_albedo, inputs.sun_direction);
+    let (ground, sun) = ((inputs.ground_albedo, inputs.sea_wind), inputs.sun_direction);
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
     let air = match kept.take() {
         Some(k) if (k.ground, k.sun, k.altitude) == (ground, sun, altitude) => {
             return kept.insert(k).values;
         }
         Some(k) if k.ground == ground => k.air,
-        _ => Air::new(Coefficients::earth(), reflectance(ground.as_dvec3())),
+        _ => {
+            let albedo = reflectance(inputs.ground_albedo.as_dvec3());
+            Air::new(Coefficients::earth(), albedo, inputs.sea())
+        }
     };
     let values = of_air(&air, sun.as_dvec3(), seen_from(altitude));
     *kept = Some(Kept { ground, air, sun, altitude, values });
@@ -133,6 +136,7 @@ mod tests {
             camera_altitude: 0.0,
             ground_albedo: Vec3::splat(0.2),
             has_ground: true,
+            sea_wind: None,
         }
     }
 

@@ -14,6 +14,7 @@ fn key() -> FrameKey {
         listed: Vec::new(),
         light: LightView::zeroed(),
         shadow: ShadowUniforms::zeroed(),
+        is_sea: false,
         in_view: InView { clouds: true, ground: true },
         opaque: None,
         lighting: Lighting::Grid,
@@ -55,9 +56,9 @@ fn running(plan: &FramePlan) -> Vec<Pass> {
     Pass::ALL.into_iter().filter(|p| plan.runs(*p)).collect()
 }
 
-/// All passes but the one for opaque things of a host, which `key` has none of.
+/// All passes but those for opaque things of a host and for a sea, which `key` has none of.
 fn own_passes() -> Vec<Pass> {
-    Pass::ALL.into_iter().filter(|p| *p != Pass::Opaque).collect()
+    Pass::ALL.into_iter().filter(|p| ![Pass::Opaque, Pass::Sea].contains(p)).collect()
 }
 
 /// Plans a frame and notes it as made.
@@ -160,4 +161,20 @@ fn what_is_out_of_view_waits_until_it_is_seen() {
     assert!(plan.makes(Product::ScreenLists) && !plan.makes(Product::Particles) && plan.relit());
     assert!(!plan.makes(Product::LightLists) && !plan.runs(Pass::Shadow));
     assert!(plan.runs(Pass::Light) && plan.runs(Pass::Blend) && plan.runs(Pass::LightGrid));
+}
+
+#[test]
+fn a_sea_reflects_what_changed() {
+    let sea = FrameKey { is_sea: true, ..key() };
+    let mut changes = Changes::default();
+    let plan = frame(&mut changes, &sea, true, ALL);
+    assert!(plan.runs(Pass::Sea) && plan.makes(Product::Reflected));
+    assert_eq!(running(&frame(&mut changes, &sea, false, NONE)), []);
+    // The light of the clouds changes what is reflected, and that the picture.
+    let plan = frame(&mut changes, &sea, false, ALL);
+    assert!(plan.runs(Pass::Sea) && plan.runs(Pass::Resolve));
+    // Looking up, nothing of it is seen.
+    let up = InView { clouds: true, ground: false };
+    let plan = frame(&mut changes, &FrameKey { in_view: up, ..sea }, true, ALL);
+    assert!(!plan.runs(Pass::Sea));
 }

@@ -77,6 +77,7 @@ impl Renderer {
                 !self.make_unseen,
                 is_lit,
             ),
+            is_sea: scene.is_sea(),
             in_view,
             opaque: self.opaque.clone(),
             lighting: self.quality.lighting,
@@ -98,6 +99,7 @@ pub fn sky_inputs(scene: &Scene) -> SkyInputs {
         camera_altitude: scene.camera.position.y,
         ground_albedo: scene.effective_ground().map_or(DVec3::ZERO, |g| g.albedo).as_vec3(),
         has_ground: scene.effective_ground().is_some(),
+        sea_wind: scene.effective_ground().and_then(|ground| ground.wind_speed()),
     }
 }
 

@@ -12,6 +12,7 @@ use crate::frame::passes::Passes;
 use crate::frame::plan::{FramePlan, Pass};
 use crate::frame::resources::Resources;
 use crate::frame::reuse::{ReuseUniforms, Shading};
+use crate::frame::sea::Clouded;
 use crate::frame::sky::SkyWork;
 use crate::gpu::Gpu;
 
@@ -55,6 +56,9 @@ impl Renderer {
         let frame = FrameUniforms { light_epoch: self.light_epoch, phase, in_place, ..key.frame };
         let gpu = &self.gpu;
         let passes = &self.passes;
+        if let (Some(sea), Some(waves)) = (&passes.sea, self.sky.waves()) {
+            sea.hold(gpu, &waves);
+        }
         self.weather.hold(gpu, key.clouds.as_ref().and_then(|c| c.weather.as_ref()));
         gpu.queue.write_buffer(&resources.frame, 0, bytemuck::bytes_of(&frame));
         resources.write_view(gpu, &key.light);
@@ -168,30 +172,36 @@ impl Renderer {
                             passes.air_shadow.encode(compute, key.frame.size, bindings, groups);
                         }
                     }
+                    Pass::Sea => {
+                        let sky = self.sky.over_sea();
+                        let of_frame = (&passes.sea, &resources.reflected, sky);
+                        if let (Some(sea), Some(reflected), Some(view)) = of_frame {
+                            let of_grid = self.grid.bind_group().zip(self.grid.sun_mean());
+                            let clouds = of_grid
+                                .filter(|_| plan.has_clouds())
+                                .map(|(field, sun_mean)| Clouded { sun_mean, field });
+                            let groups = [self.sky.march_group(), sky_bindings];
+                            let buffers = ([&resources.frame, &self.phase], reflected);
+                            let size = key.frame.size;
+                            sea.encode(gpu, compute, size, buffers, view, groups, clouds);
+                        }
+                    }
                     Pass::Resolve => {
+                        let sea = passes.sea.as_ref().filter(|_| key.is_sea);
+                        let resolve = sea.map_or(&passes.resolve, |sea| &sea.resolve);
                         // The host may bring other textures in every frame.
                         let of_opaque = key.opaque.as_ref().map(|opaque| {
                             let [radiance, sunlit] = resources.opaque.radiance(Some(opaque));
                             let views = [&resources.opaque.distances, radiance, sunlit];
                             let (frame, targets) = (&resources.frame, &resources.targets);
-                            let changed_light = &resources.changed_light;
-                            passes.resolve.bind(
-                                gpu,
-                                frame,
-                                &self.shadow,
-                                changed_light,
-                                targets,
-                                views,
-                            )
+                            let of_rays = [
+                                Some(&resources.changed_light),
+                                resources.reflected.as_ref().map(|r| &r.light),
+                            ];
+                            resolve.bind(gpu, frame, &self.shadow, of_rays, targets, views)
                         });
                         let bindings = of_opaque.as_ref().unwrap_or(&resources.resolve_bindings);
-                        passes.resolve.encode(
-                            compute,
-                            key.frame.size,
-                            bindings,
-                            tables,
-                            sky_bindings,
-                        );
+                        resolve.encode(compute, key.frame.size, bindings, tables, sky_bindings);
                     }
                     Pass::Tonemap => {
                         passes.tonemap.encode(compute, key.frame.size, &resources.tonemap_bindings);

@@ -7,6 +7,7 @@ use glam::DVec4;
 use super::spectrum::{self, Coefficients};
 use super::{SkyInputs, SkyKind};
 use crate::frame::gpu_data::gpu_struct;
+use crate::medium::sea::HEIGHTS;
 
 gpu_struct! {
     /// Everything the sky depends on.
@@ -41,6 +42,10 @@ gpu_struct! {
         uniform_radiance: f32,
         /// 1: a uniform sky and no air.
         is_uniform: u32,
+        /// Of a sea. x: root mean square slope, y: reflected share of an even sky, z: of this sun's light; 0 where there is none.
+        sea: [f32; 4],
+        /// Share of the light that it reflects, by the cosine of its zenith angle.
+        sea_reflectances: [[f32; 4]; HEIGHTS / 4],
     }
 }
 
@@ -87,6 +92,14 @@ impl SkyUniforms {
         let horizon = (altitude * (2.0 * PLANET_RADIUS + altitude)).sqrt();
         let radius = f64::from(inputs.angular_diameter) / 2.0;
         let colour = inputs.ground_albedo;
+        let (mut sea, mut sea_reflectances) = ([0.0; 4], [[0.0; 4]; HEIGHTS / 4]);
+        if let Some(waves) = inputs.sea() {
+            let of_sun = waves.reflectance(f64::from(inputs.sun_direction.y));
+            sea = [waves.slope(), waves.mean_reflectance(), of_sun, 0.0].map(|v| v as f32);
+            for (to, rule) in sea_reflectances.as_flattened_mut().iter_mut().zip(waves.rules()) {
+                *to = rule.iter().map(|[_, weight]| weight).sum::<f64>() as f32;
+            }
+        }
         let (uniform_radiance, is_uniform) = match inputs.kind {
             SkyKind::Uniform { radiance } => (radiance, 1),
             SkyKind::Atmosphere => (0.0, 0),
@@ -107,6 +120,8 @@ impl SkyUniforms {
             horizon_dip: horizon.atan2(PLANET_RADIUS) as f32,
             uniform_radiance,
             is_uniform,
+            sea,
+            sea_reflectances,
         }
     }
 }

@@ -12,10 +12,14 @@ pub mod tables;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
+use bytemuck::Zeroable;
 use glam::Vec3;
 
 use crate::Result;
-use crate::gpu::{Gpu, Kernel, ShaderLibrary};
+use crate::gpu::{Gpu, Kernel, ShaderLibrary, buffers};
+use crate::medium::Sea;
 use gpu_data::{SkyUniforms, seen_from};
 use tables::SkyTables;
 
@@ -48,6 +52,20 @@ pub struct SkyInputs {
     pub ground_albedo: Vec3,
     /// Whether there is a ground under a uniform sky; under an atmosphere there always is.
     pub has_ground: bool,
+    /// The wind (m/s) over the ground, where it is a sea.
+    pub sea_wind: Option<f64>,
+}
+
+impl SkyInputs {
+    /// The waves of the ground, where it is a sea.
+    pub fn sea(&self) -> Option<Arc<Sea>> {
+        self.sea_wind.map(Sea::new)
+    }
+
+    /// What sees the sky from the surface of the ground.
+    pub fn from_the_ground(&self) -> Self {
+        Self { camera_altitude: 0.0, ..*self }
+    }
 }
 
 /// What has to be made again. Each kind includes those before it.
@@ -89,7 +107,21 @@ pub struct SkyPass {
     last: Option<SkyInputs>,
     /// What the tables were made for.
     made: Option<SkyInputs>,
+    sampler: wgpu::Sampler,
+    over_sea: Option<OverSea>,
 }
+
+/// The sky as the surface of a sea sees it: the view's stage with an eye there.
+struct OverSea {
+    uniforms: wgpu::Buffer,
+    view: wgpu::TextureView,
+    output: wgpu::BindGroup,
+    sources: wgpu::BindGroup,
+    bytes: u64,
+}
+
+/// The entry of the stage that makes the view.
+const VIEW_ENTRY: &str = "sky_view";
 
 impl SkyPass {
     /// Compiles the passes; the tables are filled by the first frame that needs them.
@@ -158,7 +190,7 @@ impl SkyPass {
             ),
             stage(
                 crate::shader_file!("frame/sky_view.wgsl"),
-                "sky_view",
+                VIEW_ENTRY,
                 SkyWork::Camera,
                 all,
                 &[&t.view],
@@ -189,6 +221,8 @@ impl SkyPass {
             stages: stages?,
             last: None,
             made: None,
+            sampler,
+            over_sea: None,
         })
     }
 
@@ -224,6 +258,14 @@ impl SkyPass {
             return SkyWork::None;
         }
         self.last = Some(*inputs);
+        if inputs.sea_wind.is_some() {
+            let over_sea = self.over_sea.take().or_else(|| self.new_over_sea(gpu));
+            if let Some(over_sea) = &over_sea {
+                let seen = SkyUniforms::new(&inputs.from_the_ground());
+                gpu.queue.write_buffer(&over_sea.uniforms, 0, bytemuck::bytes_of(&seen));
+            }
+            self.over_sea = over_sea;
+        }
         gpu.queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&SkyUniforms::new(inputs)));
         if inputs.kind != SkyKind::Atmosphere {
             return SkyWork::Uniforms;
@@ -231,6 +273,32 @@ impl SkyPass {
         let work = self.made.as_ref().map_or(SkyWork::All, |made| work_between(made, inputs));
         self.made = Some(*inputs);
         work
+    }
+
+    fn new_over_sea(&self, gpu: &Gpu) -> Option<OverSea> {
+        let stage = self.stages.iter().find(|s| s.entry == VIEW_ENTRY)?;
+        let texture = tables::sky_over_sea(gpu);
+        let uniforms = buffers::uniform(gpu, "sky over sea", &SkyUniforms::zeroed());
+        let view = texture.create_view(&Default::default());
+        let t = &self.tables;
+        let all = [&t.depth, &t.multiple, &t.ground];
+        Some(OverSea {
+            output: stage.kernel.bind(gpu, &[wgpu::BindingResource::TextureView(&view)]),
+            sources: tables::bind(gpu, &self.march, &uniforms, &self.sampler, &all),
+            bytes: tables::bytes_of(&texture) + uniforms.size(),
+            uniforms,
+            view,
+        })
+    }
+
+    /// The sky as a sea's surface sees it, once there has been a sea.
+    pub fn over_sea(&self) -> Option<&wgpu::TextureView> {
+        self.over_sea.as_ref().map(|over_sea| &over_sea.view)
+    }
+
+    /// The waves of the last frame's ground, where it is a sea.
+    pub fn waves(&self) -> Option<Arc<Sea>> {
+        self.last.and_then(|inputs| inputs.sea())
     }
 
     /// Records the passes that this work needs.
@@ -247,18 +315,27 @@ impl SkyPass {
             pass.set_bind_group(0, &stage.output, &[]);
             pass.set_bind_group(1, &stage.sources, &[]);
             pass.dispatch_workgroups(stage.groups[0], stage.groups[1], 1);
+            // It does not depend on the camera's altitude.
+            let is_sea = self.last.is_some_and(|inputs| inputs.sea_wind.is_some());
+            let over_sea = self.over_sea.as_ref().filter(|_| is_sea && work >= SkyWork::Sun);
+            if let Some(over_sea) = over_sea.filter(|_| stage.entry == VIEW_ENTRY) {
+                pass.set_bind_group(0, &over_sea.output, &[]);
+                pass.set_bind_group(1, &over_sea.sources, &[]);
+                pass.dispatch_workgroups(stage.groups[0], stage.groups[1], 1);
+            }
         }
     }
 
     /// Device memory of the tables, bytes.
     pub fn bytes(&self) -> u64 {
-        self.tables.bytes() + size_of::<SkyUniforms>() as u64
+        let over_sea = self.over_sea.as_ref().map_or(0, |over_sea| over_sea.bytes);
+        self.tables.bytes() + size_of::<SkyUniforms>() as u64 + over_sea
     }
 }
 
 /// What of the tables differs between two atmospheres.
 fn work_between(made: &SkyInputs, inputs: &SkyInputs) -> SkyWork {
-    if made.ground_albedo != inputs.ground_albedo {
+    if (made.ground_albedo, made.sea_wind) != (inputs.ground_albedo, inputs.sea_wind) {
         SkyWork::Ground
     } else if made.sun_direction.y != inputs.sun_direction.y {
         SkyWork::Sun

@@ -89,13 +89,20 @@ impl SkyTables {
             &self.nothing,
         ]
         .iter()
-        .map(|t| {
-            let s = t.size();
-            u64::from(s.width) * u64::from(s.height) * u64::from(s.depth_or_array_layers)
-        })
-        .sum::<u64>()
-            * TEXEL_BYTES
+        .map(|t| bytes_of(t))
+        .sum()
     }
+}
+
+/// The sky as the surface of a sea sees it: as the view.
+pub fn sky_over_sea(gpu: &Gpu) -> wgpu::Texture {
+    texture(gpu, "sky over sea", [VIEW_SIZE[0], VIEW_SIZE[1], 1])
+}
+
+/// Device memory of a table, bytes.
+pub fn bytes_of(table: &wgpu::Texture) -> u64 {
+    let s = table.size();
+    u64::from(s.width) * u64::from(s.height) * u64::from(s.depth_or_array_layers) * TEXEL_BYTES
 }
 
 /// Layout of a group: the uniforms, a filtering sampler, then textures of these dimensions.

@@ -3,7 +3,7 @@
 use egui::{CollapsingHeader, ComboBox, Grid, Slider, Ui};
 
 use super::field;
-use crate::scene::{Ground, Scene, Sky, limits};
+use crate::scene::{Ground, GroundKind, Scene, Sky, limits};
 use crate::window::session::Session;
 
 /// Radiance of a uniform sky that takes the atmosphere's place: about that of a clear one.
@@ -89,7 +89,8 @@ fn ground(ui: &mut Ui, ground: &mut Option<Ground>, start: Option<Ground>) {
     ui.end_row();
     if let Some(ground) = ground {
         let start = start.unwrap_or_default();
-        let hint = "reflected share: red, green, blue";
+        surface(ui, &mut ground.kind, start.kind);
+        let hint = "reflected share: red, green, blue; of a sea, of what enters the water the share that leaves it";
         field::vector(
             ui,
             "ground's albedo",
@@ -98,6 +99,32 @@ fn ground(ui: &mut Ui, ground: &mut Option<Ground>, start: Option<Ground>) {
             &mut ground.albedo,
             start.albedo,
         );
+    }
+}
+
+/// Wind over a sea that takes a plain ground's place, m/s: a gentle breeze.
+const BREEZE: f64 = 5.0;
+
+fn surface(ui: &mut Ui, kind: &mut GroundKind, start: GroundKind) {
+    ui.label("surface").on_hover_text("alike from everywhere, or waves that mirror sky and clouds");
+    let is_sea = matches!(kind, GroundKind::Sea { .. });
+    let name = |sea: bool| if sea { "sea" } else { "plain" };
+    ComboBox::from_id_salt("surface").selected_text(name(is_sea)).show_ui(ui, |ui| {
+        if ui.selectable_label(!is_sea, name(false)).clicked() {
+            *kind = GroundKind::Plain;
+        }
+        if ui.selectable_label(is_sea, name(true)).clicked() && !is_sea {
+            let sea = GroundKind::Sea { wind_speed: BREEZE };
+            *kind = if matches!(start, GroundKind::Sea { .. }) { start } else { sea };
+        }
+    });
+    let was_sea = matches!(start, GroundKind::Sea { .. });
+    field::back(ui, name(was_sea), *kind != start, || *kind = start);
+    ui.end_row();
+    if let GroundKind::Sea { wind_speed } = kind {
+        let start = if let GroundKind::Sea { wind_speed } = start { wind_speed } else { BREEZE };
+        let hint = "over the sea: it sets how rough the waves are";
+        field::number(ui, "wind over the sea", hint, &limits::WIND_SPEED, wind_speed, start);
     }
 }
 

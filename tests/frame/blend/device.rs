@@ -72,6 +72,7 @@ impl Device {
                 camera_altitude: cloud.altitude,
                 ground_albedo: Vec3::ZERO,
                 has_ground: false,
+                sea_wind: None,
             },
         );
         // One list for all tiles: a tile's list may hold particles that none of its pixels see.

@@ -49,6 +49,7 @@ fn what_the_air_is_made_of() {
         camera_altitude: 0.0,
         ground_albedo: Vec3::ZERO,
         has_ground: true,
+        sea_wind: None,
     };
     let u = SkyUniforms::new(&inputs);
     let four = |v: [f32; 4]| format!("vec4<f32>({:?}, {:?}, {:?}, {:?})", v[0], v[1], v[2], v[3]);

@@ -147,8 +147,15 @@ fn optical_depth_agrees_with_fine_integration() {
 
 #[test]
 fn tables_of_the_air_agree_with_the_twin() {
+    let plain = inputs(12.0, 700.0);
+    tables_agree(&plain);
+    // Over a sea, which reflects by the sun's height.
+    tables_agree(&SkyInputs { sea_wind: Some(5.0), ..plain });
+}
+
+fn tables_agree(asked: &SkyInputs) {
     let mut bench = Bench::new();
-    let asked = inputs(12.0, 700.0);
+    let asked = *asked;
     bench.make(&asked);
     let sky = Sky::new(&asked, 32);
     let made = bench.sky.tables();

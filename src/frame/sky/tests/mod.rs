@@ -107,6 +107,7 @@ fn inputs(sun_degrees: f32, camera_altitude: f64) -> SkyInputs {
         camera_altitude,
         ground_albedo: Vec3::new(0.09, 0.11, 0.06),
         has_ground: true,
+        sea_wind: None,
     }
 }
 
