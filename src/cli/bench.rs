@@ -84,7 +84,7 @@ pub struct BenchArgs {
     /// Another table file with the same shapes, a point of run time against error; may be given again
     #[arg(long, value_name = "FILE")]
     pub more_tables: Vec<PathBuf>,
-    /// Make the table of presets between the marks of this file anew
+    /// Make the table of presets, or of --clumps, between the marks of this file anew
     #[arg(long, value_name = "FILE")]
     pub readme: Option<PathBuf>,
     /// Measure nothing, but set one bench.json against another: ratios with their noise
