@@ -59,7 +59,7 @@ fn waves() {
         let peak = 0.25 / (std::f64::consts::PI * sea.slope() * sea.slope());
         Function::new("sea::glitter", declarations, &call).of_terms(peak).agrees(
             &pairs,
-            4000.0,
+            40.0,
             |[v, l, a, b]| one(sea.glitter(DVec3::Y, direction(v, a), direction(l, b))),
         );
     }
