@@ -133,8 +133,7 @@ impl SeaPass {
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
         size: [u32; 2],
-        ([frame, phase], reflected): ([&wgpu::Buffer; 2], &Reflected),
-        sky: &wgpu::TextureView,
+        ([frame, phase], reflected, sky): ([&wgpu::Buffer; 2], &Reflected, &wgpu::TextureView),
         groups: [&wgpu::BindGroup; 2],
         clouds: Option<Clouded<'_>>,
     ) {

@@ -321,7 +321,7 @@ impl<'a, M: Medium, S: Surroundings> Light<'a, M, S> {
                         if let Some((sun, irradiance)) = sun {
                             sum += throughput
                                 * irradiance
-                                * self.from_waves(&waves, sun, point, throughput, random);
+                                * self.sent_by_waves(&waves, sun, point, throughput, random);
                         }
                         let bounce = waves.bounce(random);
                         over_sea = bounce.is_reflected.then_some(normal);
@@ -359,7 +359,7 @@ impl<'a, M: Medium, S: Surroundings> Light<'a, M, S> {
     }
 
     /// Sunlight that the sea sends back along a path, per unit of irradiance.
-    fn from_waves(
+    fn sent_by_waves(
         &self,
         waves: &Waves<'_>,
         sun: DVec3,

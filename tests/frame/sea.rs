@@ -12,6 +12,10 @@ use glam::DVec3;
 use crate::{TABLES, alone, particle, picture, scene, space};
 
 const SIZE: [u32; 2] = [64, 48];
+/// Where blocks of rays count: they are as fine as in the picture of a window.
+const FINE: [u32; 2] = [480, 360];
+/// Of these one pixel of so many is asked: no divisor of the width.
+const EVERY: usize = 61;
 /// Steps of the twin's rays.
 const STEPS: u32 = 64;
 
@@ -25,8 +29,8 @@ fn sea(wind: f64, eye: DVec3, target: DVec3, sun: DVec3) -> Scene {
 }
 
 fn direction(scene: &Scene, index: usize) -> DVec3 {
-    let [width, height] = SIZE.map(f64::from);
-    let (x, y) = (index % SIZE[0] as usize, index / SIZE[0] as usize);
+    let [width, height] = FINE.map(f64::from);
+    let (x, y) = (index % FINE[0] as usize, index / FINE[0] as usize);
     scene.camera.ray((x as f64 + 0.5) / width, (y as f64 + 0.5) / height, width / height)
 }
 
@@ -35,7 +39,7 @@ fn over_twin(scene: &Scene, picture: &Picture) -> [f64; 3] {
     let inputs = sky_inputs(scene);
     let (sky, waves) = (Sky::new(&inputs, STEPS), inputs.sea().expect("a sea"));
     let (mut sum, mut square, mut most, mut count) = (0.0, 0.0, 0.0f64, 0.0);
-    for (i, pixel) in picture.radiance.iter().enumerate() {
+    for (i, pixel) in picture.radiance.iter().enumerate().step_by(EVERY) {
         let dir = direction(scene, i);
         let distance = distance_to_ground(scene.camera.position.y, dir.y);
         // Rows of blocks that the horizon parts know nothing of its curvature in them.
@@ -66,11 +70,11 @@ fn a_sea_without_clouds_is_that_of_the_twin() {
     ] {
         let (eye, target) = ahead(height);
         let scene = sea(wind, eye, target, sun);
-        let [mean, rms, most] = over_twin(&scene, &picture(&scene, Preset::High, SIZE));
+        let [mean, rms, most] = over_twin(&scene, &picture(&scene, Preset::High, FINE));
         println!("{name}: mean {mean:.4}, RMS {rms:.4}, at most {most:.3} off");
-        // Tables of the sky and of the air: within 0.015 each.
+        // Tables of the sky and of the air in half floats, and rays between which light is linear.
         assert!(
-            (mean - 1.0).abs() < 0.015 && rms < 0.02 && most < 0.06,
+            (mean - 1.0).abs() < 0.005 && rms < 0.005 && most < 0.02,
             "{name}: {mean} {rms} {most}"
         );
     }
@@ -83,11 +87,14 @@ fn a_white_sea_under_an_even_sky_is_even() {
     let mut scene = space(0.05, 0.0, DVec3::new(0.0, 30.0, 0.0), Vec::new());
     scene.camera.target = DVec3::new(0.0, 0.0, -100.0);
     scene.ground = Some(Ground::sea(5.0, DVec3::ONE));
-    let picture = picture(&scene, Preset::Low, SIZE);
-    for pixel in &picture.radiance {
-        // The table of shares between its nodes: 1.5e-3 of the light.
-        assert!((f64::from(pixel[1]) / 0.05 - 1.0).abs() < 2e-3, "{pixel:?}");
-    }
+    let picture = picture(&scene, Preset::Low, FINE);
+    let off = |pixel: &[f32; 4]| (f64::from(pixel[1]) / 0.05 - 1.0).abs();
+    let worst = picture.radiance.iter().map(off).fold(0.0, f64::max);
+    let mean = picture.radiance.iter().map(off).sum::<f64>() / picture.radiance.len() as f64;
+    println!("off by {mean:.5} on average, {worst:.4} at most");
+    // The reflected share is interpolated between rays, what enters is not: at the horizon, where it changes by a tenth from
+    // ray to ray, by 0.01.
+    assert!(mean < 5e-4 && worst < 0.015, "{mean} {worst}");
 }
 
 /// A cloud before the sun takes the glitter below it, and is seen in the water.
@@ -124,7 +131,7 @@ fn clouds_shade_the_glitter_and_are_mirrored() {
 /// What the water shows of a white cloud ahead, against the path tracer: sums over rows of the sea.
 #[test]
 fn mirrored_clouds_are_as_bright_as_traced_ones() {
-    const PATHS: u32 = 48;
+    const PATHS: u32 = 96;
     let _turn = alone();
     let eye = DVec3::new(0.0, 30.0, 0.0);
     let mut scene = sea(5.0, eye, DVec3::new(0.0, 0.0, -100.0), DVec3::new(0.0, 0.5, 1.0));
@@ -134,27 +141,29 @@ fn mirrored_clouds_are_as_bright_as_traced_ones() {
         })
         .collect();
     // Blocks of the frame are as fine as in a picture of a window.
-    const FINE: u32 = 5;
-    let frame = picture(&scene, Preset::High, SIZE.map(|s| FINE * s));
+    const SIDE: u32 = 5;
+    let frame = picture(&scene, Preset::High, SIZE.map(|s| SIDE * s));
     let world = World::new(&scene, &TABLES, 0.0).expect("a world");
     let view = View::new(&scene.camera, SIZE, None, Filter::Box);
     let mut film = Film::new(SIZE);
     for _ in 0..PATHS {
         world.expose_rows(&mut film, &view, 3, SIZE[1]);
     }
-    for [low, high] in [[26, 32], [32, 40], [40, 48]] {
+    for [low, high] in [[26, 36], [36, 48]] {
         let (mut traced, mut square) = (0.0, 0.0);
         for pixel in (low * SIZE[0])..(high * SIZE[0]) {
             let green = film.estimates(pixel as usize)[1];
             (traced, square) = (traced + green.value, square + green.standard_error.powi(2));
         }
-        let width = (FINE * SIZE[0]) as usize;
-        let rows = (low * FINE) as usize * width..(high * FINE) as usize * width;
+        let width = (SIDE * SIZE[0]) as usize;
+        let rows = (low * SIDE) as usize * width..(high * SIDE) as usize * width;
         let made: f64 = frame.radiance[rows].iter().map(|p| f64::from(p[1])).sum();
-        let ratio = made / f64::from(FINE * FINE) / traced;
+        let ratio = made / f64::from(SIDE * SIDE) / traced;
         let noise = square.sqrt() / traced;
         println!("rows {low} to {high}: frame over traced {ratio:.4} +- {noise:.4}");
-        assert!((ratio - 1.0).abs() < 0.06 + 3.0 * noise && noise < 0.02, "{low}: {ratio} {noise}");
+        // Lone balls are too dark in the light grid, on their lit sides by up to a sixth (tests/frame/thick.rs); beside what
+        // they change, which is as large, the water's own light is without error.
+        assert!((ratio - 1.0).abs() < 0.12 + 3.0 * noise && noise < 0.04, "{low}: {ratio} {noise}");
     }
 }
 

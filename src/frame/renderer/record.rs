@@ -181,9 +181,9 @@ impl Renderer {
                                 .filter(|_| plan.has_clouds())
                                 .map(|(field, sun_mean)| Clouded { sun_mean, field });
                             let groups = [self.sky.march_group(), sky_bindings];
-                            let buffers = ([&resources.frame, &self.phase], reflected);
+                            let of_frame = ([&resources.frame, &self.phase], reflected, view);
                             let size = key.frame.size;
-                            sea.encode(gpu, compute, size, buffers, view, groups, clouds);
+                            sea.encode(gpu, compute, size, of_frame, groups, clouds);
                         }
                     }
                     Pass::Resolve => {

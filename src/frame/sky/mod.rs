@@ -63,7 +63,7 @@ impl SkyInputs {
     }
 
     /// What sees the sky from the surface of the ground.
-    pub fn from_the_ground(&self) -> Self {
+    pub fn at_the_ground(&self) -> Self {
         Self { camera_altitude: 0.0, ..*self }
     }
 }
@@ -261,7 +261,7 @@ impl SkyPass {
         if inputs.sea_wind.is_some() {
             let over_sea = self.over_sea.take().or_else(|| self.new_over_sea(gpu));
             if let Some(over_sea) = &over_sea {
-                let seen = SkyUniforms::new(&inputs.from_the_ground());
+                let seen = SkyUniforms::new(&inputs.at_the_ground());
                 gpu.queue.write_buffer(&over_sea.uniforms, 0, bytemuck::bytes_of(&seen));
             }
             self.over_sea = over_sea;

@@ -45,7 +45,7 @@ fn waves() {
             .of_terms(0.1)
             .agrees(&cosines, 16.0, |[mu]| one(sea.seen_area(mu)));
         let pairs = many(163, |r| {
-            [height(r), height(r), r.between(-3.14, 3.14) as f32, r.between(-3.14, 3.14) as f32]
+            [height(r), height(r), r.between(-3.1, 3.1) as f32, r.between(-3.1, 3.1) as f32]
         });
         let declarations = "#import cumuli::sea::glitter
             fn towards(mu: f32, azimuth: f32) -> vec3<f32> {
@@ -59,7 +59,7 @@ fn waves() {
         let peak = 0.25 / (std::f64::consts::PI * sea.slope() * sea.slope());
         Function::new("sea::glitter", declarations, &call).of_terms(peak).agrees(
             &pairs,
-            4000.0,
+            40.0,
             |[v, l, a, b]| one(sea.glitter(DVec3::Y, direction(v, a), direction(l, b))),
         );
     }
