@@ -6,7 +6,7 @@
 // places once. Without clouds the grid is one empty cell out of the way. Twin of what has none: src/frame/cpu/sea.rs.
 //
 // Workgroup contract: one invocation owns one ray; `smooth_clouds` reads what `sea` wrote and is a dispatch of its own.
-#import cumuli::atmosphere::{PI, SEA_HEIGHTS, TABLE_SCALE, VIEW_SIZE, direction_place, ground_reach, sea_place, to_rgb}
+#import cumuli::atmosphere::{PI, TABLE_SCALE, VIEW_SIZE, direction_place, ground_reach, sea_place, to_rgb}
 #import cumuli::gpu_data::FrameUniforms
 #import cumuli::sea::{mirrored, surface_normal}
 #import cumuli::sky::{is_uniform, sky}
@@ -37,7 +37,7 @@ const ACROSS: u32 = 3u;
 const ACROSS_PLACE: f32 = 1.2247449;
 const ACROSS_MIDDLE: f32 = 0.66666667;
 const ACROSS_SIDE: f32 = 0.16666667;
-// Where a ray misses the sea, that next below the horizon stands for it: in angles to the horizon.
+// Where a ray misses the sea, that next below the horizon stands for it: rad.
 const BELOW_HORIZON: f32 = 1e-4;
 // Level part of a view below which it is straight down: every azimuth is as good.
 const LEAST_LEVEL: f32 = 1e-6;
@@ -170,7 +170,7 @@ fn sea(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let ndc = vec2<f32>(min(id.xy * BLOCK, frame.size)) / vec2<f32>(frame.size) * 2.0 - 1.0;
     let dir = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
-    let lowest = -sin(sky.horizon_dip) - BELOW_HORIZON;
+    let lowest = -sin(min(sky.horizon_dip + BELOW_HORIZON, 0.5 * PI));
     // Rays that no pixel of the sea has to do with: those next to it, and their squares, stand for the horizon.
     let beside = f32((SQUARE / 2u + 1u) * BLOCK) * 2.0 / vec2<f32>(frame.size);
     let raw = frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz;

@@ -18,6 +18,7 @@ use crate::error::{Error, Result};
 use crate::frame::Preset;
 use crate::gpu::Gpu;
 use crate::output::{check_file, check_folder, write_atomically};
+use crate::reference::check_composed;
 use crate::tables::TableSet;
 
 /// Arguments of `cumuli bench`.
@@ -188,7 +189,15 @@ fn order(args: &BenchArgs) -> Result<Order> {
             let message = format!("expected files of different names, found `{stem}` twice");
             return Err(Error::input("--scene", message));
         }
-        scenes.push((stem, load_scene(Some(path))?.0));
+        let scene = load_scene(Some(path))?.0;
+        // Errors are those to the exact compositor, too.
+        check_composed(&scene).map_err(|e| match e {
+            Error::Input { place, message } => {
+                Error::input(format!("{}: {place}", path.display()), message)
+            }
+            other => other,
+        })?;
+        scenes.push((stem, scene));
     }
     let default = if args.quick { Preset::Low } else { Preset::High };
     let presets = if args.preset.is_empty() { vec![default] } else { args.preset.clone() };

@@ -5,7 +5,7 @@ use super::progress::Progress;
 use super::render::{Job, RenderArgs};
 use crate::error::Result;
 use crate::output::Layers;
-use crate::reference::{ExactPixel, Window, exact_frame_before, picture};
+use crate::reference::{ExactPixel, Window, check_composed, exact_frame_before, picture};
 
 /// What the channels mean.
 const MEANING: &str = "R, G, B: linear Rec. 709 radiance, unit: solar irradiance per steradian, \
@@ -16,6 +16,7 @@ const MEANING: &str = "R, G, B: linear Rec. 709 radiance, unit: solar irradiance
 pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let files = args.truth.files(&args.out)?;
     let job = Job::new(args)?;
+    check_composed(&job.scene)?;
     let (mut renderer, tables) = engine::made(&job, args.tables.as_deref())?;
     let (scene, size) = (&job.scene, job.size);
     renderer.frame(scene, args.time, size)?;

@@ -195,10 +195,10 @@ impl FramePlan {
             Pass::Shadow,
             shadow,
             "particles, sun or camera changed",
-            or_unneeded(if has_maps {
-                "shadows unchanged"
-            } else {
-                "clouds are lit without shadow maps"
+            or_unneeded(match (has_maps, has_clouds) {
+                (true, _) => "shadows unchanged",
+                (false, true) => "clouds are lit without shadow maps",
+                (false, false) => "neither clouds nor surfaces in view",
             }),
         );
         decide(

@@ -191,6 +191,7 @@ impl Renderer {
     /// Before the first frame; for points that are not finite; and, at the first call only, after a frame that saw nothing that
     /// sunlight falls on: from then on every frame makes what is needed here.
     pub fn sun_transmittance(&mut self, points: &[DVec3]) -> Result<Vec<f32>> {
+        self.sun_asked = true;
         self.sun_transmittance_if_known(points)?.ok_or_else(|| {
             Error::Failed(
                 "the sun's lists are those of no frame: expected one after the first call, or one with clouds or surfaces in view"
@@ -204,7 +205,6 @@ impl Renderer {
         &mut self,
         points: &[DVec3],
     ) -> Result<Option<Vec<f32>>> {
-        self.sun_asked = true;
         if let Some(i) = points.iter().position(|p| !p.is_finite()) {
             let message = format!("expected finite numbers, found {} at {i}", points[i]);
             return Err(Error::input("points", message));

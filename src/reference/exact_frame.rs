@@ -53,6 +53,15 @@ pub fn exact_frame(
     exact_frame_before(None, renderer, scene, tables, quality, size, window, row)
 }
 
+/// Refuses a scene that is not composed exactly.
+pub fn check_composed(scene: &Scene) -> Result<()> {
+    if scene.is_sea() {
+        let message = "expected a plain ground, what a sea reflects is not composed exactly";
+        return Err(Error::input("ground.kind", message));
+    }
+    Ok(())
+}
+
 /// The same of a frame with opaque things in it.
 #[expect(clippy::too_many_arguments, reason = "everything a frame depends on")]
 pub fn exact_frame_before(
@@ -70,10 +79,7 @@ pub fn exact_frame_before(
             format!("expected grid, which is composed exactly, found {}", quality.lighting);
         return Err(Error::input("lighting", message));
     }
-    if scene.is_sea() {
-        let message = "expected a plain ground: what a sea reflects is not composed exactly";
-        return Err(Error::input("ground.kind", message));
-    }
+    check_composed(scene)?;
     let (particles, lights) = renderer.particles()?;
     let medium = &scene.medium;
     let scattering = tables.scattering_for(&medium.phase, medium.albedo).ok_or_else(|| {

@@ -35,7 +35,7 @@ pub use allotment::{Aim, PILOT};
 pub use atmosphere_sky::AtmosphereSky;
 pub use develop::picture;
 pub use exact::{AIR_STEPS, Exact, ExactPixel, SunTruth};
-pub use exact_frame::{Window, exact_frame, exact_frame_before};
+pub use exact_frame::{Window, check_composed, exact_frame, exact_frame_before};
 pub use film::{CHANNELS, Film, Pixel};
 pub use fluxes::{SlabFluxes, scatterings, slab_fluxes};
 pub use geometry::{Medium, Piece, Ray, first_collision, transmittance};

@@ -311,6 +311,7 @@ impl Corners {
             at("the sun at the horizon", high, DVec3::NEG_Z);
             at("the sun below the horizon", high, DVec3::new(0.0, -0.1, -1.0));
             at("from orbit", DVec3::new(0.0, 1e7, 1e7), sun);
+            at("1e10 m high", DVec3::new(0.0, 1e10, 10.0), sun);
         }
         let mut scene = clump(DVec3::new(0.0, 300.0, 0.0));
         scene.ground = Some(Ground::sea(5.0, DVec3::ONE));

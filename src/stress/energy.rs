@@ -15,6 +15,9 @@
 //!   (Chandrasekhar, Radiative Transfer, chapter 3, with H(1) = 2.908); over a white ground it is not
 //!   more, since no light goes down into a half-space either. Hollow shapes may gather
 //!   light from more than one side: twice as much is allowed.
+//! - A sea: glitter as its facets have it, and of clouds and air that it may mirror what they scatter once at any angle. That
+//!   is thousands per steradian in the peak of droplets, far more than waves leave of it: only what is beyond all measure
+//!   passes this bound. What a sea reflects is compared with numbers in `tests/frame/sea.rs`.
 
 use std::sync::Arc;
 

@@ -3,7 +3,7 @@
 use cumuli::frame::{
     Opaque, OpaquePicture, Pass, Picture, Preset, RenderSettings, Renderer, Surface,
 };
-use cumuli::scene::{Scene, Sky};
+use cumuli::scene::{Ground, Scene, Sky};
 use glam::DVec3;
 
 use crate::{GPU, alone, particle, renderer, scene, settings};
@@ -25,9 +25,15 @@ fn cumulus() -> Scene {
     scene
 }
 
-/// Passes of a scene with all that a scene can have, but nothing opaque of a host.
-fn own_passes() -> Vec<&'static str> {
-    Pass::ALL.into_iter().filter(|p| *p != Pass::Opaque).map(|p| p.name()).collect()
+/// Passes of a scene with all that a scene over this ground can have, but nothing opaque of a host.
+fn own_passes(scene: &Scene) -> Vec<&'static str> {
+    let is_own = |p: &Pass| *p != Pass::Opaque && (*p != Pass::Sea || scene.is_sea());
+    Pass::ALL.into_iter().filter(is_own).map(|p| p.name()).collect()
+}
+
+fn at_sea(mut scene: Scene) -> Scene {
+    scene.ground = Some(Ground::sea(5.0, DVec3::new(0.01, 0.03, 0.05)));
+    scene
 }
 
 /// A ball before some of the clouds of `cumulus`.
@@ -80,20 +86,23 @@ fn ran(picture: &Picture) -> Vec<&str> {
 #[test]
 fn every_pass_is_seen() {
     let _turn = alone();
-    let scene = cumulus();
-    let seen = |settings: &RenderSettings| {
-        let mut renderer = renderer(&scene, settings);
-        renderer.set_opaque(Some(ball(&scene)));
-        render(&mut renderer, &scene, TIME)
+    let (plain, sea) = (cumulus(), at_sea(cumulus()));
+    let seen = |scene: &Scene, settings: &RenderSettings| {
+        let mut renderer = renderer(scene, settings);
+        renderer.set_opaque(Some(ball(scene)));
+        render(&mut renderer, scene, TIME)
     };
-    let whole = seen(&settings(Preset::Low));
-    assert_eq!(whole.stats.passes.len(), Pass::ALL.len());
-    assert_eq!(ran(&whole).len(), Pass::ALL.len(), "{:?}", whole.stats.passes);
+    let [over_land, over_sea] = [&plain, &sea].map(|scene| seen(scene, &settings(Preset::Low)));
+    assert_eq!(over_sea.stats.passes.len(), Pass::ALL.len());
+    assert_eq!(ran(&over_sea).len(), Pass::ALL.len(), "{:?}", over_sea.stats.passes);
+    assert_eq!(ran(&over_land).len(), Pass::ALL.len() - 1, "{:?}", over_land.stats.passes);
     for pass in Pass::ALL {
         let settings = RenderSettings { omit: Some(pass), ..settings(Preset::Low) };
-        let without = seen(&settings);
+        let (scene, whole) =
+            if pass == Pass::Sea { (&sea, &over_sea) } else { (&plain, &over_land) };
+        let without = seen(scene, &settings);
         assert!(!ran(&without).contains(&pass.name()), "{pass:?} ran");
-        let share = differing(&whole, &without, 8);
+        let share = differing(whole, &without, 8);
         println!("without {pass:?}: {share:.3} of the pixels differ");
         assert!(share > 0.01, "{pass:?} is seen in {share:.4} of the pixels");
     }
@@ -114,7 +123,16 @@ fn two_renderers_make_the_same_bits() {
 #[test]
 fn what_is_skipped_would_not_have_changed_the_picture() {
     let _turn = alone();
-    let still = cumulus();
+    skips_change_nothing(cumulus());
+}
+
+#[test]
+fn what_is_skipped_at_sea_would_not_have_changed_the_picture() {
+    let _turn = alone();
+    skips_change_nothing(at_sea(cumulus()));
+}
+
+fn skips_change_nothing(still: Scene) {
     let mut turned = still.clone();
     turned.camera.target += DVec3::new(700.0, 100.0, 0.0);
     // Mirrored, its picture keeps the number of tiles: the buffers stay. Another number of tiles
@@ -130,7 +148,7 @@ fn what_is_skipped_would_not_have_changed_the_picture() {
     let mut exposed = higher.clone();
     exposed.exposure = 0.5;
 
-    let all = own_passes();
+    let all = own_passes(&still);
     let but = |left_out: &[&str]| -> Vec<&str> {
         all.iter().copied().filter(|name| !left_out.contains(name)).collect()
     };
@@ -202,7 +220,7 @@ fn what_is_out_of_view_is_not_made() {
         let mut all = renderer(scene, &settings(Preset::Low));
         all.make_unseen(true);
         let all = render(&mut all, scene, time);
-        assert_eq!(ran(&all), own_passes(), "{what}: {:?}", all.stats.passes);
+        assert_eq!(ran(&all), own_passes(scene), "{what}: {:?}", all.stats.passes);
         assert_same_bits(&made, &all, what);
     }
 }

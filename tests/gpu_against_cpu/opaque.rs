@@ -14,8 +14,8 @@ use crate::common::{Random, gpu, library, submit};
 use crate::pictures::{Population, frame, read_lists};
 use crate::project::particles;
 
-/// Tiles and bins of tiles stick out of it.
-const SIZE: [u32; 2] = [203, 131];
+/// Tiles and bins of tiles stick out of it, and ten bins in a row are more than one invocation owns.
+const SIZE: [u32; 2] = [603, 131];
 /// Tiles a side of a bin, and tiles up to which a particle asks each of them.
 const BIN: usize = 8;
 const FEW_TILES: usize = 64;

