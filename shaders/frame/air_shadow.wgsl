@@ -8,7 +8,8 @@
 #import cumuli::atmosphere::{TABLE_SCALE, air_span, altitude_along, ground_reach, medium_at, to_rgb}
 #import cumuli::gpu_data::FrameUniforms
 #import cumuli::light_field::{light_grid, scattered_light}
-#import cumuli::light_grid_data::{DIRECTIONS, grid_direction, grid_phase}
+#import cumuli::light_grid_data::{grid_direction, grid_phase}
+#import cumuli::numerics::unfolded
 #import cumuli::sky_march::{AirRay, mean_transmittance, phases_of, sky, sun_mu_along, sunlight}
 #import cumuli::sun_depth::sun_depth
 
@@ -32,6 +33,8 @@ const BELOW_HORIZON: f32 = 1e-3;
 // Least share of the light from above in what the field holds of an even light: seen from straight above, where
 // it counts least, it is more than three times that.
 const LEAST_SHARE: f32 = 0.05;
+// Beyond the components of every view: for `unfolded`.
+const LONGEST: f32 = 2.0;
 // Albedo of droplets below which the field, which holds what they scatter, tells nothing.
 const LEAST_ALBEDO: f32 = 1e-3;
 
@@ -61,13 +64,15 @@ fn added(ray: AirRay, phases: vec2<f32>, dir: vec3<f32>, begin: f32, end: f32) -
 // Share of the light that comes from above in what the field sends along a view where light is even.
 fn share_from_above(view: vec3<f32>) -> f32 {
     var sum = 0.0;
-    for (var d = 0u; d < DIRECTIONS; d++) {
-        let travel = grid_direction(d);
+    let directions = unfolded(2u * light_grid.axes, view.y > LONGEST);
+    for (var d = 0u; d < directions; d++) {
+        let axis = light_grid.axis[d >> 1u];
+        let travel = grid_direction(axis, d);
         if travel.y < 0.0 {
-            sum += grid_phase(vec2(light_grid.moment_first, light_grid.moment_second), -dot(travel, view));
+            sum += axis.w * grid_phase(vec2(light_grid.moment_first, light_grid.moment_second), -dot(travel, view));
         }
     }
-    return sum / f32(DIRECTIONS);
+    return sum;
 }
 
 // See light_on_ground in shared/air_shadow.wgsl.

@@ -136,7 +136,7 @@ fn source_at(entry: vec3<f32>, dir: vec3<f32>, sun: vec3<f32>, optical_radius: f
 #ifdef OCTAVES
 #else ifdef ALONE
 #else
-fn field_at(place: vec3<f32>) -> vec4<f32> {
+fn field_at(place: vec3<f32>) -> vec3<f32> {
     let found = scattered_light(place);
 #ifdef RECORD
     put(slot_of(2u, 4u), 0u, vec4(place, found.x + found.y + found.z));
@@ -330,7 +330,7 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
 #ifdef OCTAVES
 #else ifdef ALONE
 #else
-                var seen = vec4(0.0);
+                var seen = vec3(0.0);
                 // Where the block's light comes from, on the way to the sun and to the eye.
                 let deep = mean_scatter_fraction(matter_sum);
                 let path = frame.halo_share * (mix(front, last_back, deep) + deep * matter_sum - log(max(transmittance, DARK)));

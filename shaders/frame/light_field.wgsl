@@ -1,10 +1,12 @@
 // Light field: what every cell of the light grid that keeps light sends towards the eye by scattering, as a
-// texture that the blend filters. Twin: src/frame/cpu/light_grid.rs. The fourth channel of the two lowest layers of
-// cells holds what of the ground's light is left below a column (light_ground.wgsl).
+// texture that the blend filters. Twin: src/frame/cpu/light_grid.rs. Light is kept times a weight, which is the fourth
+// channel and grows with the matter in a cell: between cells matter counts, so that the light in a cloud's surface
+// is that of the cloud and not half that of the space before it. Behind the last layer of cells, a row holds what of
+// the ground's light is left below each column (light_ground.wgsl).
 //
 // Workgroup contract: in `light_field` one invocation owns one slot, in `field_outside` one cell of one level: that
 // writes those that keep no light, which no eye changes, once for a solution.
-#import cumuli::light_grid_data::{DIRECTIONS, GridEye, LightGridUniforms, NO_SLOT, grid_direction, grid_phase, most_from_above, unpack_light}
+#import cumuli::light_grid_data::{GridEye, LightGridUniforms, NO_SLOT, grid_direction, grid_phase, most_from_above, unpack_light}
 #import cumuli::numerics::unfolded
 
 @group(0) @binding(0) var<uniform> eye: GridEye;
@@ -30,12 +32,21 @@ const LEAST_DISTANCE: f32 = 1e-6;
 // Light where none is kept, far from matter: no sunlight is scattered, half of all sides lies above.
 const OUTSIDE = vec3<f32>(0.0, 0.5, 1.0);
 
-// What of the ground's light is left below a column, in the layers that hold it: lit by the sun, by the sky.
-fn share_of(layer: u32, column: u32) -> f32 {
-    if layer > 1u {
-        return 0.0;
+// Weight of a cell by its optical depth from bottom to top: of one without matter 1. Those of thicker cells are all alike, and
+// light times the largest is within f16.
+const WEIGHT_OF_DEPTH: f32 = 50.0;
+const DEEPEST_WEIGHED: f32 = 20.0;
+
+fn cell_weight(tau: f32) -> f32 {
+    return 1.0 + WEIGHT_OF_DEPTH * min(tau, DEEPEST_WEIGHED);
+}
+
+// What of the ground's light is left below a column, lit by the sun, by the sky: kept with its lowest cell's light.
+fn store_share(cell: vec3<u32>, slice: u32, column: u32) {
+    if cell.y == 0u {
+        let row = textureDimensions(field).y - 1u;
+        textureStore(field, vec3(cell.x, row, cell.z + slice), vec4(shares[column], 0.0, 0.0));
     }
-    return select(shares[column].x, shares[column].y, layer == 1u);
 }
 
 @compute @workgroup_size(64)
@@ -52,8 +63,8 @@ fn field_outside(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_work
         for (var l = 0u; l < id.y; l++) {
             column += grid.level[l].size.x * grid.level[l].size.z;
         }
-        let share = share_of(cell.y, column);
-        textureStore(field, vec3(cell.xy, cell.z + u32(level.low.w)), vec4(grid.albedo * OUTSIDE, share));
+        store_share(cell, u32(level.low.w), column);
+        textureStore(field, vec3(cell.xy, cell.z + u32(level.low.w)), vec4(grid.albedo * OUTSIDE, 1.0));
     }
 }
 
@@ -81,8 +92,10 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
     let sharp = smoothstep(0.0, NEAR, distance / max(level.cell.x, max(level.cell.y, level.cell.z)));
     let moments = vec2(grid.moment_first, grid.moment_second) * sharp;
     var sum = vec3(0.0);
-    for (var d = 0u; d < DIRECTIONS; d++) {
-        let weight = grid_phase(moments, -dot(grid_direction(d), view)) / 12.0;
+    let directions = unfolded(2u * grid.axes, at == NO_SLOT);
+    for (var d = 0u; d < directions; d++) {
+        let axis = grid.axis[d >> 1u];
+        let weight = axis.w * grid_phase(moments, -dot(grid_direction(axis, d), view));
         sum += weight * unpack_light(lights[d * grid.kept_room + id.x]);
     }
 #ifndef ABSORBING
@@ -91,6 +104,11 @@ fn light_field(@builtin(global_invocation_id) id: vec3<u32>) {
 #endif
     // No more of it than there may be: weights are negative at some angles, and rounded.
     sum.y = min(sum.y, most_from_above(grid.sky) * sum.z);
-    let share = share_of(cell.y, first_column + cell.z * level.size.x + cell.x);
-    textureStore(field, vec3(cell.xy, cell.z + u32(level.low.w)), vec4(grid.albedo * max(sum, vec3(0.0)), share));
+    store_share(cell, u32(level.low.w), first_column + cell.z * level.size.x + cell.x);
+    var extinction = 0.0;
+    if id.x < matter_offsets[grid.words] {
+        extinction = bitcast<f32>(cells[grid.cells + id.x]);
+    }
+    let light = vec4(grid.albedo * max(sum, vec3(0.0)), 1.0);
+    textureStore(field, vec3(cell.xy, cell.z + u32(level.low.w)), cell_weight(extinction * level.cell.y) * light);
 }

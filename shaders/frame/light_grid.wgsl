@@ -1,6 +1,6 @@
 // Light grid: discrete ordinates on nested grids around the camera. Sunlight is followed from every cell
 // through the matter of the others (light_grid_matter.wgsl); then light is scattered in every cell and swept along
-// twelve directions, in turns, from the coarsest level to the finest. A finer level begins with the
+// some directions, in turns, from the coarsest level to the finest. A finer level begins with the
 // light of the coarser and takes from it what flows in at its border.
 // Twin: src/frame/cpu/light_grid.rs, where the method is told.
 //
@@ -8,7 +8,7 @@
 // invocation owns one slanted plane of cells along one direction, every cell is in one of them, and
 // light that leaves its plane sideways leaves the level: it reads only what it wrote itself, and
 // extinctions and sources, which `sweep` does not write.
-#import cumuli::light_grid_data::{Crossing, DIRECTIONS, EMPTY_CELL, GridLevel, GridStage, LightGridUniforms, NO_SLOT, crossing, grid_direction, grid_index, grid_phase, light_under_sky, pack_light, slot_of, unpack_light}
+#import cumuli::light_grid_data::{Crossing, EMPTY_CELL, GridLevel, GridStage, LightGridUniforms, NO_SLOT, crossing, grid_direction, grid_index, grid_phase, light_under_sky, pack_light, slot_of, unpack_light}
 #import cumuli::numerics::{mean_transmittance, opacity, unfolded}
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
@@ -107,10 +107,24 @@ fn levels() -> u32 {
     return unfolded(grid.levels, arrayLength(&cells) == 0u);
 }
 
+fn axes() -> u32 {
+    return unfolded(grid.axes, arrayLength(&cells) == 0u);
+}
+
+fn direction(index: u32) -> vec3<f32> {
+    return grid_direction(grid.axis[index >> 1u], index);
+}
+
+// Light from outside of all levels along a direction.
+fn from_sky(index: u32) -> vec3<f32> {
+    let axis = index >> 1u;
+    return light_under_sky(direction(index), grid.sky[axis >> 2u][axis & 3u]);
+}
+
 // Share of a corner of a look-up in the light along a direction there.
 fn corner_light(direction_index: u32, outer: GridLevel, place: GridPlace, corner: u32) -> vec3<f32> {
     let entry = cells[grid_index(outer, corner_of(place, corner))];
-    var light = light_under_sky(direction_index, grid.sky);
+    var light = from_sky(direction_index);
     if entry != NO_SLOT {
         light = unpack_light(lights[direction_index * grid.kept_room + slot_of(entry)]);
     }
@@ -135,7 +149,7 @@ fn inflow(inner: u32, direction_index: u32, point: vec3<f32>) -> vec3<f32> {
             return sum;
         }
     }
-    return light_under_sky(direction_index, grid.sky);
+    return from_sky(direction_index);
 }
 
 // Optical depth beyond which no sunlight counts: what is left rounds to nothing in a light of f16.
@@ -152,14 +166,24 @@ fn least(v: vec3<f32>) -> f32 {
     return min(v.x, min(v.y, v.z));
 }
 
+// Length of a ray from a point to the sides of a level, m.
+fn to_sides(level: GridLevel, origin: vec3<f32>, rate: vec3<f32>) -> f32 {
+    let at = (origin - level.low.xyz) / level.cell.xyz;
+    let size = vec3<f32>(level.size.xyz);
+    let left = to_borders(at / size, rate / size);
+    return min(left.x, left.z);
+}
+
 // Optical depth towards the sun from where a ray through the middle of a cell leaves it: from cell to cell
-// (Amanatides and Woo 1987), and on through the coarser levels.
+// (Amanatides and Woo 1987), and on through the coarser levels beside. Above and below a level there is no matter,
+// only that which coarser cells spread to there.
 fn sun_depth(inner: u32, own: vec3<u32>) -> f32 {
     let sun = grid.sun.xyz;
     let origin = cell_centre(grid.level[inner], vec3<f32>(own));
     var depth = 0.0;
     var t = 0.0;
-    for (var l = inner; l < levels(); l++) {
+    let widest = max(inner, min(grid.widest, levels() - 1u));
+    for (var l = inner; l <= widest && t < NEVER; l++) {
         let level = grid.level[l];
         let size = vec3<i32>(level.size.xyz);
         let rate = sun / level.cell.xyz;
@@ -187,6 +211,7 @@ fn sun_depth(inner: u32, own: vec3<u32>) -> f32 {
             cell += select(vec3(0), turn, goes);
             next += select(vec3(0.0), across, goes);
         }
+        t = max(t, to_sides(level, origin, rate));
     }
     return depth;
 }
@@ -246,8 +271,33 @@ fn relaxed(at: u32, wanted: vec3<f32>) -> vec3<f32> {
 // Light below this is none: where no direction has any, nothing is divided by 0.
 const LEAST_KEPT: f32 = 1e-30;
 
-// Scatters the light of a cell: a phase function of degree 2 needs of the light its even part, by
-// pairs of opposite directions, and the first moment of its odd part.
+// Light of a cell as a phase function of degree 2 needs it: its mean, its mean by direction, and the mean of the
+// products of directions' components, which is symmetric.
+struct Moments {
+    mean: vec3<f32>,
+    first: mat3x3<f32>,    // x, y, z of the direction
+    squares: mat3x3<f32>,  // xx, yy, zz
+    products: mat3x3<f32>, // yz, zx, xy
+}
+
+fn moments_of(slot: u32) -> Moments {
+    var result: Moments;
+    for (var axis = 0u; axis < axes(); axis++) {
+        let along = unpack_light(lights[2u * axis * grid.kept_room + slot]);
+        let against = unpack_light(lights[(2u * axis + 1u) * grid.kept_room + slot]);
+        let d = grid.axis[axis].xyz;
+        let both = grid.axis[axis].w * (along + against);
+        let odd = grid.axis[axis].w * (along - against);
+        let around = d.yzx * d.zxy;
+        result.mean += both;
+        result.first += mat3x3(odd * d.x, odd * d.y, odd * d.z);
+        result.squares += mat3x3(both * (d.x * d.x), both * (d.y * d.y), both * (d.z * d.z));
+        result.products += mat3x3(both * around.x, both * around.y, both * around.z);
+    }
+    return result;
+}
+
+// Scatters the light of a cell.
 @compute @workgroup_size(64)
 fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     let slots = slots_of(stage.level, false);
@@ -255,52 +305,36 @@ fn scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     if slot >= slots.y {
         return;
     }
-    var even: array<vec3<f32>, 6>;
-    var total = vec3(0.0);
-    var odd = mat3x3<f32>();
-    for (var axis = 0u; axis < DIRECTIONS / 2u; axis++) {
-        let along = unpack_light(lights[2u * axis * grid.kept_room + slot]);
-        let against = unpack_light(lights[(2u * axis + 1u) * grid.kept_room + slot]);
-        even[axis] = along + against;
-        total += even[axis];
-        let d = grid_direction(2u * axis);
-        odd[0] += (along - against) * d.x;
-        odd[1] += (along - against) * d.y;
-        odd[2] += (along - against) * d.z;
-    }
-    let first = grid.moment_first;
-    let second = grid.moment_second;
-    var scattered: array<vec3<f32>, DIRECTIONS>;
+    let light = moments_of(slot);
+    let moments = vec2(grid.moment_first, grid.moment_second);
+    let sun = sun_mean[slot] / (4.0 * PI);
+    let is_last = unfolded(stage.is_last, arrayLength(&sources) == 0u) != 0u;
     var sum = vec3(0.0);
     var kept = vec3(0.0);
-    let sun = sun_mean[slot] / (4.0 * PI);
-    for (var axis = 0u; axis < DIRECTIONS / 2u; axis++) {
-        let d = grid_direction(2u * axis);
-        let same = (1.0 - second) / f32(DIRECTIONS) * total + 0.5 * second * even[axis];
-        let turned = 0.25 * first * (odd[0] * d.x + odd[1] * d.y + odd[2] * d.z);
+    for (var axis = 0u; axis < axes(); axis++) {
+        let d = grid.axis[axis].xyz;
+        let second = light.squares * (d * d) + 2.0 * (light.products * (d.yzx * d.zxy));
+        let same = light.mean + 5.0 * moments.y * (1.5 * second - 0.5 * light.mean);
+        let turned = 3.0 * moments.x * (light.first * d);
         let cosine = -dot(d, grid.sun.xyz);
-        let moments = vec2(first, second);
         let along = grid.albedo * (same + turned + vec3(sun * grid_phase(moments, cosine), 0.0, 0.0));
         let against = grid.albedo * (same - turned + vec3(sun * grid_phase(moments, -cosine), 0.0, 0.0));
         let at = 2u * axis * grid.matter_room + slot;
-        scattered[2u * axis] = relaxed(at, along);
-        scattered[2u * axis + 1u] = relaxed(at + grid.matter_room, against);
+        let pair = array(relaxed(at, along), relaxed(at + grid.matter_room, against));
+        sum += grid.axis[axis].w * (pair[0] + pair[1]);
+        kept += grid.axis[axis].w * (max(pair[0], vec3(0.0)) + max(pair[1], vec3(0.0)));
+        sources[at] = pack_light(pair[0]);
+        sources[at + grid.matter_room] = pack_light(pair[1]);
     }
-    if unfolded(stage.is_last, arrayLength(&sources) == 0u) != 0u {
-        for (var d = 0u; d < DIRECTIONS; d++) {
-            sum += scattered[d];
-            kept += max(scattered[d], vec3(0.0));
-        }
+    if is_last {
         // A phase function of degree 2 is negative at some angles: in the end there is no light there,
         // and the other directions give what that adds. Where nothing is negative nothing changes,
         // to the bit.
         let balance = select(max(sum, vec3(0.0)) / max(kept, vec3(LEAST_KEPT)), vec3(1.0), sum >= kept);
-        for (var d = 0u; d < DIRECTIONS; d++) {
-            scattered[d] = balance * max(scattered[d], vec3(0.0));
+        for (var d = 0u; d < 2u * axes(); d++) {
+            let at = d * grid.matter_room + slot;
+            sources[at] = pack_light(balance * max(unpack_light(sources[at]), vec3(0.0)));
         }
-    }
-    for (var d = 0u; d < DIRECTIONS; d++) {
-        sources[d * grid.matter_room + slot] = pack_light(scattered[d]);
     }
 }
 
@@ -354,7 +388,7 @@ const LEAST_TAU: f32 = 1e-30;
 @compute @workgroup_size(32)
 fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let level = grid.level[stage.level];
-    let c = crossing(grid_direction(group.y), level.cell.xyz);
+    let c = crossing(direction(group.y), level.cell.xyz);
     let steps = vec3<i32>(1, i32(level.size.x), i32(level.size.x * level.size.y));
     // Between planes the direction changes least: there it goes by whole cells.
     let turned = abs(c.slope.x) < abs(c.slope.y);
@@ -381,7 +415,7 @@ fn sweep(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         + select(rows - 1, 0, c.forward) * steps[c.main]
         + select(0, width - 1, falling) * steps[row_axis];
     let flow_stride = i32(2u * grid.longest);
-    let flow = i32(DIRECTIONS * grid.kept_room + group.y * grid.longest * 2u * grid.longest) + number;
+    let flow = i32(2u * grid.axes * grid.kept_room + group.y * grid.longest * 2u * grid.longest) + number;
     let end_row = min(rows, i32(stage.end_row));
     let stays = unfolded(stage.is_last, arrayLength(&cells) == 0u) != 0u;
     for (var r = i32(stage.first_row); r < end_row; r++) {

@@ -7,7 +7,7 @@
 //
 // Workgroup contract: one invocation owns one column of cells of one level. `rise` reads what `fall`
 // wrote: it is a dispatch of its own.
-#import cumuli::light_grid_data::{DIRECTIONS, GridLevel, LightGridUniforms, NO_SLOT, EMPTY_CELL, crossing, grid_direction, grid_index, light_under_sky, slot_of, unpack_light}
+#import cumuli::light_grid_data::{GridLevel, LightGridUniforms, NO_SLOT, EMPTY_CELL, crossing, grid_direction, grid_index, light_under_sky, slot_of, unpack_light}
 #import cumuli::numerics::{mean_transmittance, unfolded}
 
 @group(0) @binding(0) var<uniform> grid: LightGridUniforms;
@@ -74,12 +74,15 @@ fn fall(@builtin(global_invocation_id) id: vec3<u32>) {
     var sum = vec3(0.0);
     var all = 0.0;
     var bare = 0.0; // from the sky
-    for (var d = 0u; d < DIRECTIONS; d++) {
-        let down = max(-grid_direction(d).y, 0.0);
+    let directions = unfolded(2u * grid.axes, entry == NO_SLOT);
+    for (var d = 0u; d < directions; d++) {
+        let axis = d >> 1u;
+        let direction = grid_direction(grid.axis[axis], d);
+        let down = grid.axis[axis].w * max(-direction.y, 0.0);
         if down > 0.0 {
             sum += down * unpack_light(lights[d * grid.kept_room + at]);
             all += down;
-            bare += down * light_under_sky(d, grid.sky).y;
+            bare += down * light_under_sky(direction, grid.sky[axis >> 2u][axis & 3u]).y;
         }
     }
     // From the cell's mean to what leaves it.

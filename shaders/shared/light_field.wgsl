@@ -56,17 +56,30 @@ fn level_weight(level: GridLevel, point: vec3<f32>) -> f32 {
     return saturate(min(margin.x, min(margin.y, margin.z)) / FADE_CELLS);
 }
 
-fn level_light(level: GridLevel, point: vec3<f32>) -> vec4<f32> {
+// Where a point lies in the texture, in texels.
+fn texel_of(level: GridLevel, point: vec3<f32>) -> vec3<f32> {
     let size = vec3<f32>(level.size.xyz);
     let at = clamp((point - level.low.xyz) / level.cell.xyz, vec3(0.5), size - 0.5);
-    let texel = vec3(at.xy, at.z + level.low.w);
+    return vec3(at.xy, at.z + level.low.w);
+}
+
+fn texels_at(texel: vec3<f32>) -> vec4<f32> {
     return textureSampleLevel(light_field, light_field_sampler, texel / vec3<f32>(textureDimensions(light_field)), 0.0);
+}
+
+// Weights that all are less than that of a cell without matter are those of no cell.
+const LEAST_CELL_WEIGHT: f32 = 1e-3;
+
+// Light of the cells around a point, those with more matter counting more (frame/light_field.wgsl).
+fn level_light(level: GridLevel, point: vec3<f32>) -> vec3<f32> {
+    let found = texels_at(texel_of(level, point));
+    return found.xyz / max(found.w, LEAST_CELL_WEIGHT);
 }
 
 // Point relative to the grid's anchor. x: per unit of sun irradiance, y: per radiance from above,
 // z: per radiance from all sides.
-fn scattered_light(point: vec3<f32>) -> vec4<f32> {
-    var sum = vec4(0.0);
+fn scattered_light(point: vec3<f32>) -> vec3<f32> {
+    var sum = vec3(0.0);
     var left = 1.0;
     let last = last_level();
     for (var l = 0u; l <= last; l++) {
@@ -84,20 +97,19 @@ fn scattered_light(point: vec3<f32>) -> vec4<f32> {
 }
 
 // What the clouds leave of the light of the ground below a point, over that of bare ground: lit by the
-// sun, by the sky. It is kept in the two lowest layers of a level.
+// sun, by the sky. It is kept in the texture's last row.
 fn ground_shares(point: vec3<f32>) -> vec2<f32> {
     var sum = vec2(0.0);
     var left = 1.0;
     let last = last_level();
+    let row = f32(textureDimensions(light_field).y) - 0.5;
     for (var l = 0u; l <= last; l++) {
         let level = light_grid.level[l];
         let middle = level.low.y + 0.5 * f32(level.size.y) * level.cell.y;
         let weight = select(level_weight(level, vec3(point.x, middle, point.z)), 1.0, l == last);
         if weight > 0.0 {
-            let lowest = level.low.y + 0.5 * level.cell.y;
-            let by_sun = level_light(level, vec3(point.x, lowest, point.z)).w;
-            let by_sky = level_light(level, vec3(point.x, lowest + level.cell.y, point.z)).w;
-            sum += left * weight * vec2(by_sun, by_sky);
+            let texel = texel_of(level, point);
+            sum += left * weight * texels_at(vec3(texel.x, row, texel.z)).xy;
             left *= 1.0 - weight;
             if left <= 0.0 {
                 break;

@@ -28,8 +28,13 @@ struct LightGridUniforms {
     words: u32,           // of 32 cells of a row
     matter_room: u32,     // slots of cells with matter that there are buffers for
     kept_room: u32,       // of all cells that keep light, with these
+    axes: u32,            // pairs of opposite directions of travel
+    widest: u32,          // level beyond which none reaches farther to the sides
     padding_a: u32,
-    sky: array<vec4<f32>, 2>, // light from above by pairs of directions, over that of an even sky, less 1
+    padding_b: u32,
+    padding_c: u32,
+    sky: array<vec4<f32>, 4>,   // light from above by pairs of directions, over that of an even sky, less 1
+    axis: array<vec4<f32>, 16>, // xyz: the first of a pair; w: share of the sphere that each of both stands for
     level: array<GridLevel, 10>,
 }
 
@@ -50,29 +55,13 @@ struct GridEye {
     position: vec4<f32>, // xyz: m, relative to the anchor
 }
 
-const DIRECTIONS: u32 = 12u;
 // A cell's entry is its slot, of cells without matter with this bit, or, where it keeps no light, `NO_SLOT`.
 const EMPTY_CELL: u32 = 0x80000000u;
 const NO_SLOT: u32 = 0xffffffffu;
-const AXIS_SHORT: f32 = 0.52573111;
-const AXIS_LONG: f32 = 0.85065081;
-// Turn about z: the four corners with y = 0 go to |y| = 1/6, light along them leaves layers of clouds.
-const TILT_SIN: f32 = 0.19592842; // 1 / (6 AXIS_LONG)
-const TILT_COS: f32 = 0.98061820;
 
-// Directions of travel: the corners of an icosahedron, which integrate polynomials up to degree 5
-// exactly with equal weights. Opposite ones are neighbours in number.
-fn grid_direction(index: u32) -> vec3<f32> {
-    let axis = index >> 1u;
-    let second = select(AXIS_LONG, -AXIS_LONG, (axis & 1u) != 0u);
-    let sign = select(1.0, -1.0, (index & 1u) != 0u);
-    var d = vec3(second, 0.0, AXIS_SHORT);
-    switch axis >> 1u {
-        case 0u: { d = vec3(0.0, AXIS_SHORT, second); }
-        case 1u: { d = vec3(AXIS_SHORT, second, 0.0); }
-        default: {}
-    }
-    return sign * vec3(d.x * TILT_COS - d.y * TILT_SIN, d.x * TILT_SIN + d.y * TILT_COS, d.z);
+// Direction of travel of this number, of the pair that `axis` is: of opposite ones, which are neighbours in number.
+fn grid_direction(axis: vec4<f32>, index: u32) -> vec3<f32> {
+    return select(axis.xyz, -axis.xyz, (index & 1u) != 0u);
 }
 
 #ifdef ABSORBING
@@ -114,16 +103,14 @@ fn light_from_outside(direction: vec3<f32>) -> vec3<f32> {
     return vec3(0.0, above, 1.0);
 }
 
-// The same by the direction's number, under a sky as uneven as `sky` tells.
-fn light_under_sky(index: u32, sky: array<vec4<f32>, 2>) -> vec3<f32> {
-    let axis = index >> 1u;
-    let uneven = select(sky[0], sky[1], axis > 3u)[axis & 3u];
-    return light_from_outside(grid_direction(index)) * vec3(1.0, 1.0 + uneven, 1.0);
+// The same under a sky as uneven as this along the direction.
+fn light_under_sky(direction: vec3<f32>, uneven: f32) -> vec3<f32> {
+    return light_from_outside(direction) * vec3(1.0, 1.0 + uneven, 1.0);
 }
 
 // The most that such a sky sends along a direction, over that of an even one.
-fn most_from_above(sky: array<vec4<f32>, 2>) -> f32 {
-    let most = max(sky[0], sky[1]);
+fn most_from_above(sky: array<vec4<f32>, 4>) -> f32 {
+    let most = max(max(sky[0], sky[1]), max(sky[2], sky[3]));
     return 1.0 + max(max(max(most.x, most.y), max(most.z, most.w)), 0.0);
 }
 

@@ -9,6 +9,8 @@ pub const FIELD_SLOTS: usize = 8;
 
 /// Most levels of the light grid.
 pub const GRID_LEVELS: usize = 10;
+/// Most pairs of opposite directions that the light grid's light travels in.
+pub const MOST_AXES: usize = 16;
 
 /// Declares a host struct together with the list of its fields that the layout test compares.
 macro_rules! gpu_struct {
@@ -288,10 +290,20 @@ gpu_struct! {
         matter_room: u32,
         /// Slots of all cells that keep light, with these.
         kept_room: u32,
+        /// Pairs of opposite directions of travel.
+        axes: u32,
+        /// The level beyond which none reaches farther to the sides.
+        widest: u32,
         /// Unused.
         padding_a: u32,
-        /// Light from above by pairs of directions, over that of an even sky, less 1; the last two unused.
-        sky: [[f32; 4]; 2],
+        /// Unused.
+        padding_b: u32,
+        /// Unused.
+        padding_c: u32,
+        /// Light from above by pairs of directions, over that of an even sky, less 1.
+        sky: [[f32; 4]; MOST_AXES / 4],
+        /// x, y, z: the first direction of a pair; w: share of the sphere that each of both stands for.
+        axis: [[f32; 4]; MOST_AXES],
         /// The levels.
         level: [GridLevel; GRID_LEVELS],
     }

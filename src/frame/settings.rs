@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::light_grid::GridSettings;
+use super::light_grid::{Directions, GridSettings};
 use super::view::SCREEN_TILE;
 use crate::medium::{Phase, Truncation};
 
@@ -219,7 +219,13 @@ impl Preset {
                 tile: SCREEN_TILE,
                 shadow_resolution: 96,
                 air_steps: 1,
-                grid: GridSettings { fineness: 0.6, turns: [9, 4], slice: 0, draft: false },
+                grid: GridSettings {
+                    fineness: 0.6,
+                    directions: Directions::Twelve,
+                    turns: [9, 4],
+                    slice: 0,
+                    draft: false,
+                },
                 lighting: Lighting::Grid,
             },
             Self::Medium => Quality {
@@ -230,7 +236,13 @@ impl Preset {
                 tile: SCREEN_TILE,
                 shadow_resolution: 160,
                 air_steps: 2,
-                grid: GridSettings { fineness: 0.95, turns: [9, 4], slice: 0, draft: false },
+                grid: GridSettings {
+                    fineness: 0.95,
+                    directions: Directions::Twelve,
+                    turns: [9, 4],
+                    slice: 0,
+                    draft: false,
+                },
                 lighting: Lighting::Grid,
             },
             Self::High => Quality {
@@ -241,7 +253,13 @@ impl Preset {
                 tile: SCREEN_TILE,
                 shadow_resolution: 256,
                 air_steps: 4,
-                grid: GridSettings { fineness: 1.8, turns: [9, 4], slice: 0, draft: false },
+                grid: GridSettings {
+                    fineness: 1.8,
+                    directions: Directions::Twelve,
+                    turns: [9, 4],
+                    slice: 0,
+                    draft: false,
+                },
                 lighting: Lighting::Grid,
             },
             Self::Ultra => Quality {
@@ -252,7 +270,13 @@ impl Preset {
                 tile: SCREEN_TILE,
                 shadow_resolution: 384,
                 air_steps: 4,
-                grid: GridSettings { fineness: 2.2, turns: [17, 5], slice: 0, draft: false },
+                grid: GridSettings {
+                    fineness: 2.2,
+                    directions: Directions::Twelve,
+                    turns: [17, 5],
+                    slice: 0,
+                    draft: false,
+                },
                 lighting: Lighting::Grid,
             },
         }

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, DVec4};
 
-use super::light_grid::{DIRECTIONS, FieldSeen, direction};
+use super::light_grid::{FieldSeen, share_from_above};
 use super::sky::Sky;
 use crate::frame::air_shadow::NODES;
 use crate::frame::gpu_data::ShadowUniforms;
@@ -64,7 +64,7 @@ pub struct CloudLight<'a> {
 /// Light that clouds leave at a point relative to the eye, as in the field, but for all directions that droplets
 /// would scatter from.
 fn light_around(field: &FieldSeen, point: DVec3) -> DVec2 {
-    field.at(point).truncate().truncate() / f64::from(field.uniforms().albedo).max(LEAST_ALBEDO)
+    field.at(point).truncate() / f64::from(field.uniforms().albedo).max(LEAST_ALBEDO)
 }
 
 /// Change of the light of the air of a ray up to distances (m) that grow, rgb, with so many steps from one to
@@ -108,17 +108,7 @@ pub fn light_on_ground(field: &FieldSeen, point: DVec3) -> [f64; 2] {
     if grid.levels == 0 {
         return [0.0, 1.0];
     }
-    let [first, second] = [grid.moment_first, grid.moment_second].map(f64::from);
-    let view = point.normalize_or_zero();
-    let even: f64 = (0..DIRECTIONS)
-        .map(direction)
-        .filter(|travel| travel.y < 0.0)
-        .map(|travel| {
-            let cosine = -travel.dot(view);
-            1.0 + 3.0 * first * cosine + 5.0 * second * (1.5 * cosine * cosine - 0.5)
-        })
-        .sum();
-    let even = (even / DIRECTIONS as f64).max(LEAST_SHARE);
+    let even = share_from_above(grid, point.normalize_or_zero()).max(LEAST_SHARE);
     let light = light_around(field, point);
     let known = f64::from(grid.albedo) >= LEAST_ALBEDO;
     let sky = if known { (light.y / even).min(1.0) } else { 1.0 };

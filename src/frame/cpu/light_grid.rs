@@ -56,6 +56,7 @@ mod sweep;
 mod tests;
 
 pub use seen::FieldSeen;
+use seen::cell_weight;
 
 use std::f64::consts::PI;
 
@@ -68,25 +69,30 @@ use crate::frame::gpu_data::{GridLevel, LightGridUniforms, Particle};
 use crate::frame::light_grid::{least_eigenvalue, relaxations};
 use crate::tables::TableSet;
 
-/// Directions of travel.
-pub const DIRECTIONS: usize = 12;
+/// How many directions of travel there are.
+fn directions(uniforms: &LightGridUniforms) -> usize {
+    2 * uniforms.axes as usize
+}
 
-/// Corners of an icosahedron; opposite ones are neighbours in number. It is turned about z until the
-/// four with y = 0 have |y| = 1/6.
-pub fn direction(index: usize) -> DVec3 {
-    const SHORT: f64 = 0.525_731_112_119_133_6;
-    const LONG: f64 = 0.850_650_808_352_039_9;
-    const SIN: f64 = 1.0 / (6.0 * LONG);
-    let cos = (1.0 - SIN * SIN).sqrt();
-    let axis = index >> 1;
-    let second = if axis & 1 == 0 { LONG } else { -LONG };
-    let sign = if index & 1 == 0 { 1.0 } else { -1.0 };
-    let d = match axis >> 1 {
-        0 => DVec3::new(0.0, SHORT, second),
-        1 => DVec3::new(SHORT, second, 0.0),
-        _ => DVec3::new(second, 0.0, SHORT),
-    };
-    sign * DVec3::new(d.x * cos - d.y * SIN, d.x * SIN + d.y * cos, d.z)
+/// A direction of travel; opposite ones are neighbours in number.
+pub fn direction(uniforms: &LightGridUniforms, index: usize) -> DVec3 {
+    let [x, y, z, _] = uniforms.axis[index >> 1].map(f64::from);
+    let along = DVec3::new(x, y, z);
+    if index & 1 == 0 { along } else { -along }
+}
+
+/// Share of the sphere that a direction stands for.
+fn weight(uniforms: &LightGridUniforms, index: usize) -> f64 {
+    uniforms.axis[index >> 1][3].into()
+}
+
+/// Share of light from above, even over the hemisphere, in what a cell scatters against a view.
+pub fn share_from_above(uniforms: &LightGridUniforms, view: DVec3) -> f64 {
+    let moments = [f64::from(uniforms.moment_first), f64::from(uniforms.moment_second)];
+    (0..directions(uniforms))
+        .filter(|d| direction(uniforms, *d).y < 0.0)
+        .map(|d| weight(uniforms, d) * phase(moments, -direction(uniforms, d).dot(view)))
+        .sum()
 }
 
 /// Light of a cell: scattered sunlight per unit irradiance; light that came from above, at radiance
@@ -100,13 +106,15 @@ fn phase(moments: [f64; 2], cosine: f64) -> f64 {
 
 /// Sources without negative parts, of the same sum: a phase function of degree 2 is negative at some
 /// angles, and the directions that are left give what it would add there.
-fn positive(scattered: [CellLight; DIRECTIONS]) -> [CellLight; DIRECTIONS] {
-    let sum: DVec3 = scattered.iter().sum();
-    let kept: DVec3 = scattered.iter().map(|s| s.max(DVec3::ZERO)).sum();
+fn positive(scattered: &mut [CellLight], weights: &[f64]) {
+    let sum: DVec3 = scattered.iter().zip(weights).map(|(s, w)| *w * *s).sum();
+    let kept: DVec3 = scattered.iter().zip(weights).map(|(s, w)| *w * s.max(DVec3::ZERO)).sum();
     let share =
         |sum: f64, kept: f64| if sum >= kept { 1.0 } else { sum.max(0.0) / kept.max(1e-30) };
     let balance = DVec3::new(share(sum.x, kept.x), share(sum.y, kept.y), share(sum.z, kept.z));
-    scattered.map(|s| balance * s.max(DVec3::ZERO))
+    for s in scattered {
+        *s = balance * s.max(DVec3::ZERO);
+    }
 }
 
 /// Light where none is kept, far from matter; as in the shader.
@@ -115,7 +123,7 @@ const OUTSIDE: CellLight = DVec3::new(0.0, 0.5, 1.0);
 /// Light from outside of all levels along a direction of travel.
 fn outside(index: usize, uniforms: &LightGridUniforms) -> CellLight {
     let uneven = f64::from(uniforms.sky.as_flattened()[index / 2]);
-    DVec3::new(0.0, if direction(index).y < 0.0 { 1.0 + uneven } else { 0.0 }, 1.0)
+    DVec3::new(0.0, if direction(uniforms, index).y < 0.0 { 1.0 + uneven } else { 0.0 }, 1.0)
 }
 
 /// The most that the sky sends along a direction, over that of an even one.
@@ -169,7 +177,7 @@ impl GridLight {
             sun: slots.iter().map(lit).collect(),
             slots,
             kept,
-            lights: words.chunks_exact(packed.max(1)).take(DIRECTIONS * kept).map(light).collect(),
+            lights: words.chunks_exact(packed.max(1)).take(directions(uniforms) * kept).map(light).collect(),
             sources: Vec::new(),
         }
     }
@@ -207,8 +215,8 @@ impl GridLight {
             sun: vec![0.0; count],
             slots: (0..uniforms.cells).collect(),
             kept: count,
-            lights: vec![DVec3::ZERO; DIRECTIONS * count],
-            sources: vec![DVec3::ZERO; DIRECTIONS * count],
+            lights: vec![DVec3::ZERO; directions(uniforms) * count],
+            sources: vec![DVec3::ZERO; directions(uniforms) * count],
         }
     }
 
@@ -219,9 +227,9 @@ impl GridLight {
 
     /// Scatters and sweeps, by a step from the sources of before. What leaves the level by direction,
     /// in faces across it. In the last turn nothing is left negative.
-    fn turn(&mut self, inner: usize, step: f64, is_last: bool) -> [CellLight; DIRECTIONS] {
+    fn turn(&mut self, inner: usize, step: f64, is_last: bool) -> Vec<CellLight> {
         self.scatter(inner, step, is_last);
-        std::array::from_fn(|d| self.sweep(inner, d))
+        (0..self.directions()).map(|d| self.sweep(inner, d)).collect()
     }
 
     /// Where the light of a cell along a direction is; none where it keeps none.
@@ -238,6 +246,18 @@ impl GridLight {
     /// m, of sunlight through a cell.
     fn sun_path(&self, level: &GridLevel) -> f64 {
         Crossing::new(-self.sun_direction(), side(level)).path
+    }
+
+    fn directions(&self) -> usize {
+        directions(&self.uniforms)
+    }
+
+    fn direction(&self, index: usize) -> DVec3 {
+        direction(&self.uniforms, index)
+    }
+
+    fn weight(&self, index: usize) -> f64 {
+        weight(&self.uniforms, index)
     }
 
     fn level(&self, index: usize) -> GridLevel {
@@ -264,7 +284,7 @@ impl GridLight {
 
     fn begin(&mut self, inner: usize) {
         let level = self.level(inner);
-        for d in 0..DIRECTIONS {
+        for d in 0..self.directions() {
             for cell in cells(&level) {
                 if let Some(at) = self.light_at(d, index(&level, cell)) {
                     self.lights[at] = self.inflow(inner, d, centre(&level, cell.map(|v| v as f64)));
@@ -278,27 +298,29 @@ impl GridLight {
         let moments =
             [f64::from(self.uniforms.moment_first), f64::from(self.uniforms.moment_second)];
         let sun = self.sun_direction();
+        let weights: Vec<f64> = (0..self.directions()).map(|d| self.weight(d)).collect();
+        let along: Vec<DVec3> = (0..self.directions()).map(|d| self.direction(d)).collect();
+        let mut scattered = vec![DVec3::ZERO; self.directions()];
         for cell in cells(&level) {
             let at = index(&level, cell);
             let Some(slot) = self.light_at(0, at) else { continue };
-            let mut scattered = [DVec3::ZERO; DIRECTIONS];
             for (d, scattered) in scattered.iter_mut().enumerate() {
                 let mut sum = DVec3::ZERO;
-                for e in 0..DIRECTIONS {
-                    let weight = phase(moments, direction(d).dot(direction(e))) / DIRECTIONS as f64;
+                for e in 0..along.len() {
+                    let weight = weights[e] * phase(moments, along[d].dot(along[e]));
                     sum += weight * self.lights[e * self.kept + slot];
                 }
-                let once = self.sun[at] * phase(moments, -direction(d).dot(sun)) / (4.0 * PI);
+                let once = self.sun[at] * phase(moments, -along[d].dot(sun)) / (4.0 * PI);
                 let once = DVec3::new(once, 0.0, 0.0);
                 let wanted = f64::from(self.uniforms.albedo) * (sum + once);
                 let before = self.sources[d * self.kept + slot];
                 *scattered = before + step * (wanted - before);
             }
             if is_last {
-                scattered = positive(scattered);
+                positive(&mut scattered, &weights);
             }
-            for (d, source) in scattered.into_iter().enumerate() {
-                self.sources[d * self.kept + slot] = source;
+            for (d, source) in scattered.iter().enumerate() {
+                self.sources[d * self.kept + slot] = *source;
             }
         }
     }
@@ -308,7 +330,7 @@ impl GridLight {
         let outside = f64::from(self.uniforms.albedo) * OUTSIDE;
         let mut field = vec![DVec4::ZERO; self.uniforms.cells as usize];
         let shares = self.ground_shares();
-        for (l, shares) in shares.iter().enumerate() {
+        for l in 0..self.levels() {
             let level = self.level(l);
             for cell in cells(&level) {
                 let offset = centre(&level, cell.map(|v| v as f64)) - eye;
@@ -319,22 +341,21 @@ impl GridLight {
                 let moments = [self.uniforms.moment_first, self.uniforms.moment_second]
                     .map(|m| f64::from(m) * sharp);
                 let at = index(&level, cell);
-                let column = shares[cell[2] * level.size[0] as usize + cell[0]];
-                let share = column.get(cell[1]).copied().unwrap_or(0.0);
                 let Some(slot) = self.light_at(0, at) else {
-                    field[at] = outside.extend(share);
+                    field[at] = outside.extend(1.0);
                     continue;
                 };
-                let mut sum: DVec3 = (0..DIRECTIONS)
+                let mut sum: DVec3 = (0..self.directions())
                     .map(|d| {
-                        let weight = phase(moments, -direction(d).dot(view)) / DIRECTIONS as f64;
-                        weight * self.lights[d * self.kept + slot]
+                        let towards = phase(moments, -self.direction(d).dot(view));
+                        self.weight(d) * towards * self.lights[d * self.kept + slot]
                     })
                     .sum();
                 sum.y = sum.y.min(most_from_above(&self.uniforms) * sum.z);
-                field[at] = (f64::from(self.uniforms.albedo) * sum.max(DVec3::ZERO)).extend(share);
+                let light = f64::from(self.uniforms.albedo) * sum.max(DVec3::ZERO);
+                field[at] = cell_weight(self.extinction[at] * side(&level).y) * light.extend(1.0);
             }
         }
-        FieldSeen::new(self.uniforms, field, eye)
+        FieldSeen::new(self.uniforms, field, eye).with_shares(shares)
     }
 }

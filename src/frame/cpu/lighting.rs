@@ -1,6 +1,6 @@
 //! Light of a piece of a ray: twin of `shaders/shared/lighting.wgsl`, where the model is told.
 
-use glam::{DVec3, DVec4};
+use glam::DVec3;
 
 use super::light_grid::FieldSeen;
 use super::segments::mean_scatter_fraction;
@@ -120,7 +120,7 @@ pub struct Before {
 /// The light of the surroundings on a piece.
 #[derive(Clone, Copy, Debug)]
 pub struct PieceLight {
-    seen: DVec4,
+    seen: DVec3,
     // Source of order 1 per irradiance over the air.
     once: f64,
     // What a particle alone sends counts by this.
@@ -172,7 +172,7 @@ mod tests {
     fn uniform_light_is_handed_on() {
         let all = DVec3::new(0.3, 0.2, 0.1);
         let light = ChordLight { above: all, below: all, ..ChordLight::default() };
-        let piece = PieceLight { seen: DVec4::new(0.1, 0.4, 1.0, 2.0), once: 0.3, own_share: 1.0 };
+        let piece = PieceLight { seen: DVec3::new(0.1, 0.4, 1.0), once: 0.3, own_share: 1.0 };
         assert!((piece.source(&light) - all).length() < 1e-15);
     }
 

@@ -6,7 +6,8 @@ use glam::DVec3;
 
 use super::levels::{GridRoom, Levels, fitting, of_list};
 use super::pass::light_words;
-use super::sky_light::{AXES, unevenness};
+use super::directions::Directions;
+use super::sky_light::unevenness;
 use crate::Result;
 use crate::frame::gpu_data::{GRID_LEVELS, GridLevel, LightGridUniforms, Particle};
 use crate::frame::population::Shapes;
@@ -28,6 +29,8 @@ const MOST_OVERLAPS: f64 = 65_536.0;
 pub struct GridSettings {
     /// Factor on the default number of cells along an axis.
     pub fineness: f64,
+    /// Directions that light travels in.
+    pub directions: Directions,
     /// Turns of scattering and sweeping, at least 1: coarsest level, each finer level.
     pub turns: [u32; 2],
     /// In slices: where there is nothing yet to show meanwhile, a rough solution comes first.
@@ -145,6 +148,14 @@ impl GridInputs {
             scene.clouds.as_ref().map_or(0.0, |f| f.evolution_time / STEPS_PER_TURNOVER);
         let scale = truncation.scale(scene.medium.albedo);
         let words = light_words(scene.medium.albedo);
+        let mut settings = settings.clone();
+        let env = |n: &str| std::env::var(n).ok().and_then(|t| t.parse::<f64>().ok());
+        if let Some(n) = env("LG_TURNS") { settings.turns[1] = n as u32; }
+        if let Some(n) = env("LG_TURNS0") { settings.turns[0] = n as u32; }
+        if let Some(n) = env("LG_FINE") { settings.fineness = n; }
+        if let Some(n) = env("LG_DIRS") { settings.directions = match n as u32 { 12 => super::Directions::Twelve, 20 => super::Directions::Twenty, _ => super::Directions::ThirtyTwo }; }
+        let axes = settings.directions.axes();
+        let fine = (settings.fineness, 2 * axes.len() as u32);
         let (levels, epoch, start, wind) = match &scene.clouds {
             Some(field) => {
                 let epoch = (time / epoch_length).floor() * epoch_length;
@@ -153,15 +164,15 @@ impl GridInputs {
                 // Altitudes are those of the ground: the field may only drift sideways here.
                 let start = DVec3::new(drifted.x, 0.0, drifted.z);
                 let anchor = start + field.wind * epoch;
-                let usual = fitting(field, anchor, settings.fineness, words, false);
+                let usual = fitting(field, anchor, fine, words, false);
                 let levels = if usual.cells() == room.too_many_cells {
-                    fitting(field, anchor, settings.fineness, words, true)
+                    fitting(field, anchor, fine, words, true)
                 } else {
                     usual
                 };
                 (levels, epoch, start, field.wind)
             }
-            None => match of_list(&scene.particles, settings.fineness) {
+            None => match of_list(&scene.particles, fine) {
                 Some(levels) => {
                     let anchor = levels.anchor;
                     (levels, 0.0, anchor, DVec3::ZERO)
@@ -189,8 +200,13 @@ impl GridInputs {
         uniforms.sun = [x, y, z, -levels.anchor.y as f32];
         let altitude =
             scene.clouds.as_ref().map_or(levels.anchor.y, |f| f.base + 0.5 * f.thickness);
-        let sky = unevenness(&sky_inputs(scene), altitude);
-        uniforms.sky.as_flattened_mut()[..AXES].copy_from_slice(&sky);
+        let sky = unevenness(&sky_inputs(scene), altitude, axes);
+        uniforms.sky.as_flattened_mut()[..sky.len()].copy_from_slice(&sky);
+        uniforms.axes = axes.len() as u32;
+        uniforms.widest = levels.widest as u32;
+        for (slot, axis) in uniforms.axis.iter_mut().zip(axes) {
+            *slot = axis.as_vec4().to_array();
+        }
         uniforms.levels = levels.levels.len() as u32;
         uniforms.cells = levels.cells();
         uniforms.longest = levels.longest();

@@ -4,7 +4,6 @@ use bytemuck::Zeroable;
 
 use super::inputs::GridInputs;
 use super::levels::GridRoom;
-use super::pass::DIRECTIONS;
 use super::relaxation::{least_eigenvalue, relaxations};
 use super::slots::SlotsJob;
 use crate::frame::gpu_data::{GridEye, GridStage, LightGridUniforms, Particle};
@@ -45,6 +44,7 @@ pub(super) struct Job {
     /// One of `PARTS`.
     pub part: &'static str,
     pub sizes: Vec<[u32; 4]>,
+    pub directions: u32,
     pub cells: u32,
     pub grid_size: GridSize,
     pub room: GridRoom,
@@ -74,6 +74,7 @@ impl Job {
     /// Whether a solution of these inputs can be made in it.
     pub fn fits(&self, inputs: &GridInputs, size: GridSize) -> bool {
         self.sizes == inputs.levels.sizes()
+            && self.directions == inputs.levels.directions
             && self.grid_size == size
             && self.room == inputs.room
             && self.turns == inputs.turns
@@ -105,7 +106,7 @@ impl Job {
         let light = |label, count| {
             buffers::storage(gpu, label, count as usize, pass.light_words as usize * word)
         };
-        let sources = light("grid sources", room.matter * DIRECTIONS);
+        let sources = light("grid sources", room.matter * inputs.levels.directions);
         let lights = light("grid lights", inputs.levels.lights(room.kept));
         let columns_of_levels = inputs.levels.columns() as usize;
         let fallen = buffers::storage(gpu, "grid fallen", columns_of_levels, size_of::<[f32; 4]>());
@@ -205,6 +206,7 @@ impl Job {
         Self {
             part,
             sizes: inputs.levels.sizes(),
+            directions: inputs.levels.directions,
             cells,
             grid_size,
             room,

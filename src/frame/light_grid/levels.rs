@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::pass::DIRECTIONS;
 use crate::frame::gpu_data::{GRID_LEVELS, GridLevel};
 use crate::frame::rings;
 use crate::scene::{CloudField, ParticleSpec};
@@ -50,13 +49,17 @@ pub struct Levels {
     pub anchor: DVec3,
     /// The levels.
     pub levels: Vec<GridLevel>,
+    /// Directions of travel.
+    pub directions: u32,
+    /// The level beyond which none reaches farther to the sides: there matter is only spread farther.
+    pub widest: usize,
 }
 
 impl Levels {
     /// Lights of a solution with so many slots: with what flows along the rows of slanted planes, of
     /// which there are up to twice as many as cells along a level.
     pub fn lights(&self, slots: u32) -> u32 {
-        DIRECTIONS * (slots + 2 * self.longest() * self.longest())
+        self.directions * (slots + 2 * self.longest() * self.longest())
     }
 
     /// Words of 32 cells of a row, of all levels.
@@ -85,10 +88,27 @@ impl Levels {
         self.levels.iter().flat_map(|l| &l.size[..3]).copied().max().unwrap_or(0)
     }
 
-    /// Size of the texture that holds all levels, one above the other.
+    /// Size of the texture that holds all levels, one above the other, and a row for their columns.
     pub fn texture_size(&self) -> [u32; 3] {
         let most = |axis: usize| self.levels.iter().map(|l| l.size[axis]).max().unwrap_or(1);
-        [most(0), most(1), self.levels.iter().map(|l| l.size[2]).sum::<u32>().max(1)]
+        [most(0), most(1) + 1, self.levels.iter().map(|l| l.size[2]).sum::<u32>().max(1)]
+    }
+
+    /// Coarser and coarser levels over all of the last one, until light crosses them in a few steps.
+    fn push_coarser(&mut self) {
+        while let Some(last) = self.levels.last().filter(|_| self.levels.len() < GRID_LEVELS) {
+            let vector = |v: [f32; 4]| DVec3::new(v[0].into(), v[1].into(), v[2].into());
+            let (low, cell) = (vector(last.low), 2.0 * vector(last.cell));
+            let [nx, ny, nz, _] = last.size.map(f64::from);
+            if nx.max(nz) <= COARSEST_ALONG {
+                break;
+            }
+            // As many as cover the last one's, evenly beside it.
+            let cells = (0.5 * DVec3::new(nx, ny, nz)).ceil();
+            let beside = (cells * cell - 0.5 * DVec3::new(nx, ny, nz) * cell) * 0.5;
+            let low = low - DVec3::new(beside.x, 0.0, beside.z);
+            self.push(low, cell, cells);
+        }
     }
 
     fn push(&mut self, low: DVec3, cell: DVec3, cells: DVec3) {
@@ -127,7 +147,7 @@ impl GridRoom {
     pub fn at_least(self, levels: &Levels, coverage: f64, words: u32) -> Self {
         let cells = levels.cells();
         let flows = u64::from(levels.lights(0));
-        let most = (MOST_WORDS / u64::from(words)).saturating_sub(flows) / u64::from(DIRECTIONS);
+        let most = (MOST_WORDS / u64::from(words)).saturating_sub(flows) / u64::from(levels.directions);
         let most = most.min(cells.into()) as u32;
         let guess = |[least, rise]: [f64; 2]| {
             let coverage = (coverage / GUESS_STEP).ceil() * GUESS_STEP;
@@ -171,14 +191,14 @@ fn most_kept(field: &CloudField) -> f64 {
 pub fn fitting(
     field: &CloudField,
     anchor: DVec3,
-    fineness: f64,
+    (fineness, directions): (f64, u32),
     words: u32,
     for_all: bool,
 ) -> Levels {
     let share = if for_all { 1.0 } else { most_kept(field) };
     let mut fineness = fineness;
     loop {
-        let levels = of_field(field, anchor, fineness);
+        let levels = of_field(field, anchor, (fineness, directions));
         let slots = (share * f64::from(levels.cells())).ceil() as u32;
         // An entry for each cell, and its extinction.
         let entries = u64::from(levels.cells()) + u64::from(slots);
@@ -195,8 +215,12 @@ pub fn fitting(
 
 /// Levels for a cloud field: one for each ring, over all of it. `anchor` is the point of the ground
 /// below the middle of the rings; `fineness` the side of a ring's cell over that of the grid's.
-pub fn of_field(field: &CloudField, anchor: DVec3, fineness: f64) -> Levels {
-    let mut result = Levels { anchor, levels: Vec::new() };
+pub fn of_field(
+    field: &CloudField,
+    anchor: DVec3,
+    (fineness, directions): (f64, u32),
+) -> Levels {
+    let mut result = Levels { anchor, levels: Vec::new(), directions, widest: 0 };
     for ring in 0..field.rings.min(GRID_LEVELS as u32) {
         let ring_cell = field.cell_size * f64::from(1u32 << ring);
         let reach = rings::reach(&CloudField { rings: ring + 1, ..field.clone() });
@@ -214,12 +238,14 @@ pub fn of_field(field: &CloudField, anchor: DVec3, fineness: f64) -> Levels {
             DVec3::new(2.0 * half, layers, 2.0 * half),
         );
     }
+    result.widest = result.levels.len().saturating_sub(1);
+    if std::env::var("LG_NOX").is_err() { result.push_coarser(); }
     result
 }
 
 /// Levels for listed particles: a box around all of them at finer and finer cells. None for no
 /// particles.
-pub fn of_list(particles: &[ParticleSpec], fineness: f64) -> Option<Levels> {
+pub fn of_list(particles: &[ParticleSpec], (fineness, directions): (f64, u32)) -> Option<Levels> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (mut radii, mut weights) = (0.0, 0.0);
     for p in particles {
@@ -239,7 +265,7 @@ pub fn of_list(particles: &[ParticleSpec], fineness: f64) -> Option<Levels> {
         .max(size.max_element() / MOST_ALONG)
         .max((size.x * size.y * size.z / MOST_CELLS).cbrt());
     let middle = 0.5 * (low + high);
-    let mut result = Levels { anchor: middle, levels: Vec::new() };
+    let mut result = Levels { anchor: middle, levels: Vec::new(), directions, widest: 0 };
     let mut cell = side;
     for _ in 0..GRID_LEVELS {
         // Half a cell around, so that matter does not touch the border.
@@ -267,10 +293,10 @@ mod tests {
         let usual = CloudField::default();
         for (cells, rings) in [(2, 1), (96, 2), (128, 4), (128, 8), (160, 2), (160, 8), (256, 10)] {
             for (coverage, thickness) in [(0.0, 300.0), (0.1, 2000.0), (0.5, 5000.0), (1.0, 1e4)] {
-                for (fineness, words) in [(0.8, 1), (1.8, 1), (2.2, 2)] {
+                for (fine, words) in [((0.8, 12), 1), ((1.8, 20), 1), ((2.2, 32), 2)] {
                     for for_all in [false, true] {
                         let field = field(usual.cell_size, cells, rings, coverage, thickness);
-                        let levels = fitting(&field, DVec3::ZERO, fineness, words, for_all);
+                        let levels = fitting(&field, DVec3::ZERO, fine, words, for_all);
                         let [x, y, z] = levels.texture_size();
                         assert!(x.max(y).max(z) <= 2048, "{field:?}: {x} x {y} x {z} texels");
                         assert!(u64::from(x) * u64::from(y) * u64::from(z) * 8 <= 128 << 20);
@@ -286,7 +312,7 @@ mod tests {
 
     #[test]
     fn room_grows_to_what_is_wanted_and_no_scene_leaves_its_mark_on_another() {
-        let levels = of_field(&CloudField::default(), DVec3::ZERO, 1.0);
+        let levels = of_field(&CloudField::default(), DVec3::ZERO, (1.0, 12));
         let room = GridRoom::default().at_least(&levels, 0.25, 1);
         // A slider that is drawn meets few steps.
         assert_eq!(room, GridRoom::default().at_least(&levels, 0.13, 1));

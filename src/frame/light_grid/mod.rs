@@ -1,8 +1,9 @@
 //! Light grid: the light that clouds scatter among themselves, by discrete ordinates on nested
-//! grids. `levels` says where they lie, `inputs` what they depend on, `sky_light` what comes in from above, `relaxation` how far the turns
+//! grids. `levels` says where they lie, `directions` where light travels, `inputs` what they depend on, `sky_light` what comes in from above, `relaxation` how far the turns
 //! go, `job` holds the buffers, `pass` runs the shaders `light_grid_matter.wgsl` (fills the cells),
 //! `light_grid.wgsl` (solves) and `light_field.wgsl` (what the eye sees of it), `grid` says when.
 
+mod directions;
 mod grid;
 mod inputs;
 mod job;
@@ -12,6 +13,7 @@ mod relaxation;
 mod sky_light;
 mod slots;
 
+pub use directions::Directions;
 pub use grid::{GridOrder, GridWork, LightGrid};
 pub use inputs::{GridInputs, GridSettings, Spreads, scale_field, scale_particles};
 pub use job::GridSize;

@@ -23,8 +23,6 @@ const LARGE_WORKGROUP: u32 = 256;
 const LISTED_TURNS: u64 = 50_000;
 /// Most workgroups along an axis: what WebGPU lets every device dispatch.
 const MOST_GROUPS: u64 = 65_535;
-/// Directions of travel; as in the shaders.
-pub(super) const DIRECTIONS: u32 = 12;
 /// Planes of cells a workgroup of `sweep`; as in the shader.
 const SWEEP_PLANES: u32 = 32;
 
@@ -210,13 +208,14 @@ impl LightGridPass {
                 pass.dispatch_workgroups(x, y, 1);
             };
             let Some(first) = stage.first() else { continue };
+            let directions = inputs.levels.directions;
             if turn == 0 {
-                dispatch("begin", first, with_matter, DIRECTIONS);
+                dispatch("begin", first, with_matter, directions);
                 dispatch("sunlight", first, kept, 1);
             }
             dispatch("scatter", first, with_matter, 1);
             for part in stage {
-                dispatch("sweep", part, planes, DIRECTIONS);
+                dispatch("sweep", part, planes, directions);
             }
         }
         if work.solved {

@@ -4,16 +4,13 @@
 use std::f64::consts::PI;
 use std::sync::{Mutex, PoisonError};
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, DVec4, Vec3};
 
-use crate::frame::cpu::light_grid::{DIRECTIONS, direction};
 use crate::frame::cpu::sky_march::{Air, AirRay};
 use crate::frame::sky::gpu_data::seen_from;
 use crate::frame::sky::spectrum::{Coefficients, reflectance, to_rgb};
 use crate::frame::sky::{SkyInputs, SkyKind};
 
-/// Pairs of opposite directions: of each, one comes from above.
-pub const AXES: usize = DIRECTIONS / 2;
 /// Directions in which the sky is looked at: equal in the cosine of the zenith angle, and in azimuth. Half of them:
 /// the other side of the sun mirrors it.
 const ZENITHS: u32 = 12;
@@ -31,7 +28,8 @@ struct Kept {
     air: Air,
     sun: Vec3,
     altitude: f64,
-    values: [f32; AXES],
+    axes: &'static [DVec4],
+    values: Vec<f32>,
 }
 
 static KEPT: Mutex<Option<Kept>> = Mutex::new(None);
@@ -39,15 +37,16 @@ static KEPT: Mutex<Option<Kept>> = Mutex::new(None);
 /// Light that comes from above along each axis, over that of a sky that is as bright everywhere, less 1; at least -1,
 /// their sum is 0. Altitude in m. With them sums over directions of travel have the moments of degrees 0 to 2 that
 /// the sky has, as nearly as six numbers can: those that the grid's phase function asks for.
-pub fn unevenness(inputs: &SkyInputs, altitude: f64) -> [f32; AXES] {
+/// The axes are those of `Directions`.
+pub fn unevenness(inputs: &SkyInputs, altitude: f64, axes: &'static [DVec4]) -> Vec<f32> {
     if inputs.kind != SkyKind::Atmosphere {
-        return [0.0; AXES];
+        return vec![0.0; axes.len()];
     }
     let (ground, sun) = ((inputs.ground_albedo, inputs.sea_wind), inputs.sun_direction);
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
     let air = match kept.take() {
-        Some(k) if (k.ground, k.sun, k.altitude) == (ground, sun, altitude) => {
-            return kept.insert(k).values;
+        Some(k) if (k.ground, k.sun, k.altitude, k.axes) == (ground, sun, altitude, axes) => {
+            return kept.insert(k).values.clone();
         }
         Some(k) if k.ground == ground => k.air,
         _ => {
@@ -55,12 +54,12 @@ pub fn unevenness(inputs: &SkyInputs, altitude: f64) -> [f32; AXES] {
             Air::new(Coefficients::earth(), albedo, inputs.sea())
         }
     };
-    let values = of_air(&air, sun.as_dvec3(), seen_from(altitude));
-    *kept = Some(Kept { ground, air, sun, altitude, values });
+    let values = of_air(&air, sun.as_dvec3(), seen_from(altitude), axes);
+    *kept = Some(Kept { ground, air, sun, altitude, axes, values: values.clone() });
     values
 }
 
-fn of_air(air: &Air, sun: DVec3, altitude: f64) -> [f32; AXES] {
+fn of_air(air: &Air, sun: DVec3, altitude: f64, axes: &[DVec4]) -> Vec<f32> {
     let beside = DVec3::Y.cross(sun).try_normalize().unwrap_or(DVec3::X);
     let along = beside.cross(DVec3::Y);
     let mut seen = Vec::new();
@@ -79,15 +78,15 @@ fn of_air(air: &Air, sun: DVec3, altitude: f64) -> [f32; AXES] {
     }
     let mean = seen.iter().map(|(_, light)| light).sum::<f64>() / seen.len() as f64;
     if mean > 0.0 {
-        fitted(seen.iter().map(|(from, light)| (*from, light / mean - 1.0)), TURNS)
+        fitted(seen.iter().map(|(from, light)| (*from, light / mean - 1.0)), axes, TURNS)
     } else {
-        [0.0; AXES]
+        vec![0.0; axes.len()]
     }
 }
 
 /// Where light along an axis comes from, above the horizon.
-fn from_above(axis: usize) -> DVec3 {
-    let d = direction(2 * axis);
+fn from_above(axis: &DVec4) -> DVec3 {
+    let d = axis.truncate();
     if d.y > 0.0 { d } else { -d }
 }
 
@@ -98,18 +97,23 @@ fn harmonics(cosine: f64) -> f64 {
 
 /// Values at the axes whose moments are nearest to those of `seen`, even in the upper hemisphere: the least squares with none below -1,
 /// by projected Gauss-Seidel.
-fn nearest(seen: impl Iterator<Item = (DVec3, f64)> + Clone, turns: u32) -> [f64; AXES] {
-    let axes: [DVec3; AXES] = std::array::from_fn(from_above);
+fn nearest(
+    seen: impl Iterator<Item = (DVec3, f64)> + Clone,
+    axes: &[DVec4],
+    turns: u32,
+) -> Vec<f64> {
+    let above: Vec<DVec3> = axes.iter().map(from_above).collect();
     let solid_angle = 2.0 * PI / seen.clone().count() as f64;
-    let wanted =
-        axes.map(|a| seen.clone().map(|(v, f)| f * harmonics(a.dot(v))).sum::<f64>() * solid_angle);
+    let moment_at =
+        |a: &DVec3| seen.clone().map(|(v, f)| f * harmonics(a.dot(v))).sum::<f64>() * solid_angle;
+    let wanted: Vec<f64> = above.iter().map(moment_at).collect();
     let product =
-        |i: usize, j: usize| harmonics(axes[i].dot(axes[j])) * (4.0 * PI / DIRECTIONS as f64);
-    let mut values = [0.0f64; AXES];
+        |i: usize, j: usize| harmonics(above[i].dot(above[j])) * (4.0 * PI * axes[j].w);
+    let mut values = vec![0.0f64; axes.len()];
     for _ in 0..turns {
-        for i in 0..AXES {
+        for i in 0..axes.len() {
             let others: f64 =
-                (0..AXES).filter(|j| *j != i).map(|j| product(i, j) * values[j]).sum();
+                (0..axes.len()).filter(|j| *j != i).map(|j| product(i, j) * values[j]).sum();
             values[i] = ((wanted[i] - others) / product(i, i)).max(-1.0);
         }
     }
@@ -117,15 +121,21 @@ fn nearest(seen: impl Iterator<Item = (DVec3, f64)> + Clone, turns: u32) -> [f64
 }
 
 /// The same with a sum of 0: the mean sky is exact.
-fn fitted(seen: impl Iterator<Item = (DVec3, f64)> + Clone, turns: u32) -> [f32; AXES] {
-    let values = nearest(seen, turns);
-    let mean = values.iter().map(|v| 1.0 + v).sum::<f64>() / AXES as f64;
-    if mean > 0.0 { values.map(|v| ((1.0 + v) / mean - 1.0) as f32) } else { [0.0; AXES] }
+fn fitted(
+    seen: impl Iterator<Item = (DVec3, f64)> + Clone,
+    axes: &[DVec4],
+    turns: u32,
+) -> Vec<f32> {
+    let values = nearest(seen, axes, turns);
+    let mean: f64 = values.iter().zip(axes).map(|(v, a)| 2.0 * a.w * (1.0 + v)).sum();
+    let over = |v: &f64| if mean > 0.0 { ((1.0 + v) / mean - 1.0) as f32 } else { 0.0 };
+    values.iter().map(over).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::light_grid::Directions;
 
     fn inputs(sun: DVec3) -> SkyInputs {
         SkyInputs {
@@ -154,10 +164,14 @@ mod tests {
 
     #[test]
     fn what_is_even_stays_even() {
-        let even = fitted(hemisphere().map(|v| (v, 0.0)), TURNS);
-        assert_eq!(even, [0.0; AXES]);
-        let uniform = SkyInputs { kind: SkyKind::Uniform { radiance: 3.0 }, ..inputs(DVec3::Y) };
-        assert_eq!(unevenness(&uniform, 1000.0), [0.0; AXES]);
+        for set in Directions::ALL {
+            let axes = set.axes();
+            let even = fitted(hemisphere().map(|v| (v, 0.0)), axes, TURNS);
+            assert_eq!(even, vec![0.0; axes.len()]);
+            let uniform =
+                SkyInputs { kind: SkyKind::Uniform { radiance: 3.0 }, ..inputs(DVec3::Y) };
+            assert_eq!(unevenness(&uniform, 1000.0, axes), vec![0.0; axes.len()]);
+        }
     }
 
     /// Real spherical harmonics of degrees 0 to 2, orthonormal.
@@ -178,49 +192,61 @@ mod tests {
         ]
     }
 
-    /// A sky that is brighter on one side, so that no value is bounded: no other six values have moments nearer to its
+    /// A sky that is brighter on one side, so that no value is bounded: no other values near them have moments nearer to its
     /// own, and they point to that side.
     #[test]
     fn a_bright_side_is_the_bright_side() {
-        for side in [DVec3::X, DVec3::Z, -DVec3::X, DVec3::new(0.6, 0.0, -0.8)] {
+        for (set, side) in Directions::ALL
+            .into_iter()
+            .flat_map(|set| SIDES.map(|side| (set.axes(), side)))
+        {
             let light = |v: DVec3| 0.5 * v.dot(side);
-            let values = nearest(hemisphere().map(|v| (v, light(v))), TURNS);
-            let half = nearest(hemisphere().map(|v| (v, light(v))), TURNS / 2);
-            assert!((0..AXES).all(|a| (half[a] - values[a]).abs() < 1e-6), "{half:?}");
+            let values = nearest(hemisphere().map(|v| (v, light(v))), set, TURNS);
+            let half = nearest(hemisphere().map(|v| (v, light(v))), set, TURNS / 2);
+            assert!(half.iter().zip(&values).all(|(a, b)| (a - b).abs() < 1e-6), "{half:?}");
             let wanted = hemisphere().fold([0.0; 9], |sum: [f64; 9], v| {
                 let b = basis(v);
                 std::array::from_fn(|j| sum[j] + light(v) * b[j] * 2.0 * PI / 3200.0)
             });
-            let off = |values: [f64; AXES]| -> f64 {
+            let off = |values: &[f64]| -> f64 {
                 let moment = |j: usize| -> f64 {
-                    let of_axis = |a: usize| values[a] * basis(from_above(a))[j];
-                    (0..AXES).map(of_axis).sum::<f64>() * 4.0 * PI / DIRECTIONS as f64
+                    let of_axis = |(v, a): (&f64, &DVec4)| v * a.w * basis(from_above(a))[j];
+                    values.iter().zip(set).map(of_axis).sum::<f64>() * 4.0 * PI
                 };
                 (0..9).map(|j| (moment(j) - wanted[j]).powi(2)).sum()
             };
-            for axis in 0..AXES {
+            for axis in 0..set.len() {
                 for step in [-0.01, 0.01] {
-                    let mut others = values;
+                    let mut others = values.clone();
                     others[axis] += step;
-                    assert!(off(others) > off(values), "{side}: {axis}, {step}");
+                    assert!(off(&others) > off(&values), "{side}: {axis}, {step}");
                 }
             }
-            let found: f64 = (0..AXES).map(|a| values[a] * from_above(a).dot(side)).sum();
+            let pairs = values.iter().zip(set);
+            let found: f64 = pairs.map(|(v, a)| v * 12.0 * a.w * from_above(a).dot(side)).sum();
             assert!(found > 0.5, "{side}: {values:?}");
         }
     }
 
+    const SIDES: [DVec3; 4] =
+        [DVec3::X, DVec3::Z, DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8)];
+
     /// The sun low in the west: what comes from there is the brightest, and nothing is negative.
     #[test]
     fn a_low_sun_makes_its_side_bright() {
-        let [west, east] =
-            [-1.0, 1.0].map(|x| unevenness(&inputs(DVec3::new(x, 0.08, 0.0)), 1500.0));
-        println!("west {west:?}, east {east:?}");
-        let brightest = (0..AXES).max_by(|a, b| west[*a].total_cmp(&west[*b])).expect("some");
-        assert!(from_above(brightest).x < -0.5, "{}", from_above(brightest));
-        assert!(west[brightest] > 0.3, "{west:?}");
-        let opposite = (0..AXES).max_by(|a, b| east[*a].total_cmp(&east[*b])).expect("some");
-        assert!(from_above(opposite).x > 0.5, "{}", from_above(opposite));
-        assert!([west, east].iter().flatten().all(|v| *v >= -1.0));
+        for set in Directions::ALL {
+            let axes = set.axes();
+            let [west, east] =
+                [-1.0, 1.0].map(|x| unevenness(&inputs(DVec3::new(x, 0.08, 0.0)), 1500.0, axes));
+            println!("{set:?}: west {west:?}, east {east:?}");
+            let most = |of: &[f32]| {
+                (0..of.len()).max_by(|a, b| of[*a].total_cmp(&of[*b])).expect("some")
+            };
+            let (brightest, opposite) = (most(&west), most(&east));
+            assert!(from_above(&axes[brightest]).x < -0.5, "{}", axes[brightest]);
+            assert!(west[brightest] > 0.3, "{west:?}");
+            assert!(from_above(&axes[opposite]).x > 0.5, "{}", axes[opposite]);
+            assert!([west, east].iter().flatten().all(|v| *v >= -1.0));
+        }
     }
 }

@@ -60,7 +60,7 @@ fn field() -> FieldSeen {
     };
     let cell = |i: u32| {
         let [x, y, z] = [i % 8, i / 8 % 8, i / 64].map(f64::from);
-        DVec4::new(0.01 * (1.0 + x), 0.1 * y, 1.0, 2.0 + 0.3 * z)
+        DVec4::new(0.01 * (1.0 + x), 0.05 * (y + z), 1.0, 1.0)
     };
     FieldSeen::new(uniforms, (0..512).map(cell).collect(), DVec3::ZERO)
 }

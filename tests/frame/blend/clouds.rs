@@ -160,7 +160,7 @@ pub(super) fn field(recipe: &Recipe) -> FieldSeen {
         let at = [i % FIELD_CELLS, i / FIELD_CELLS % FIELD_CELLS, i / FIELD_CELLS.pow(2)];
         let [x, y, z] = at.map(f64::from);
         // Multiples of 2^-6: f16 holds them exactly.
-        DVec4::new((1.0 + x) / 64.0, y / 16.0, 1.0, 2.0 + z / 4.0)
+        DVec4::new((1.0 + x) / 64.0, (y + z) / 32.0, 1.0, 1.0)
     };
     FieldSeen::new(uniforms, (0..cells).map(cell).collect(), DVec3::ZERO)
 }

@@ -1,6 +1,6 @@
 //! `light_grid_data.wgsl`, `light_field.wgsl`, `light_view.wgsl` and what `gpu_data.wgsl` computes.
 
-use cumuli::frame::cpu::light_grid::{FieldSeen, direction};
+use cumuli::frame::cpu::light_grid::FieldSeen;
 use cumuli::frame::gpu_data::{GridLevel, LightGridUniforms, LightView};
 use cumuli::frame::view::warped;
 use cumuli::gpu::buffers;
@@ -13,32 +13,36 @@ use crate::common::{Group, Random, gpu};
 
 #[test]
 fn directions_and_cells() {
-    let numbers: Vec<[f32; 1]> = (0..12).map(|i| [i as f32]).collect();
+    let travels = many(119, |r| {
+        let d = r.direction().as_vec3();
+        [d.x, d.y, d.z, r.between(0.0, 32.0).floor() as f32]
+    });
     Function::new(
         "light_grid_data::grid_direction, light_from_outside",
-        "#import cumuli::light_grid_data::{grid_direction, light_from_outside}",
-        "vec4(grid_direction(u32(x[0])), light_from_outside(grid_direction(u32(x[0]))).y)",
+        "#import cumuli::light_grid_data::{grid_direction, light_from_outside}
+        fn asked(x: array<f32, 4>) -> vec4<f32> {
+            let d = grid_direction(vec4(x[0], x[1], x[2], 0.1), u32(x[3]));
+            return vec4(d, light_from_outside(d).y);
+        }",
+        "asked(x)",
     )
-    .agrees(&numbers, 4.0, |[i]| {
-        let d = direction(i as usize % 12);
+    .agrees(&travels, 0.0, |[x, y, z, i]| {
+        let d = if i % 2.0 == 0.0 { DVec3::new(x, y, z) } else { -DVec3::new(x, y, z) };
         [d.x, d.y, d.z, if d.y < 0.0 { 1.0 } else { 0.0 }]
     });
     let skies = many(120, |r| {
-        [r.between(0.0, 12.0).floor(), r.between(-1.0, 0.0), r.between(0.0, 3.0)].map(|x| x as f32)
+        [r.between(-1.0, 1.0), r.between(-1.0, 0.0), r.between(0.0, 3.0)].map(|x| x as f32)
     });
-    // Six numbers of which one is the direction's own: its axis counts by fours.
     Function::new(
         "light_grid_data::light_under_sky, most_from_above",
         "#import cumuli::light_grid_data::{light_under_sky, most_from_above}\n\
-         fn sky(a: f32, b: f32) -> array<vec4<f32>, 2> {\n\
-             return array(vec4(a, b, a + b, 0.5 * a), vec4(0.25 * b, 0.5 * b, 0.0, 0.0));\n\
+         fn sky(a: f32, b: f32) -> array<vec4<f32>, 4> {\n\
+             return array(vec4(a, b, a + b, 0.5 * a), vec4(0.25 * b, 0.5 * b, 0.0, 0.0), vec4(a), vec4(-b));\n\
          }",
-        "vec4(light_under_sky(u32(x[0]), sky(x[1], x[2])), most_from_above(sky(x[1], x[2])))",
+        "vec4(light_under_sky(vec3(0.0, x[0], 0.0), x[2]), most_from_above(sky(x[1], x[2])))",
     )
-    .agrees(&skies, 4.0, |[i, a, b]| {
-        let above = [a, b, a + b, 0.5 * a, 0.25 * b, 0.5 * b][i as usize / 2];
-        let is_above = direction(i as usize).y < 0.0;
-        [0.0, if is_above { 1.0 + above } else { 0.0 }, 1.0, 1.0 + b.max(a + b)]
+    .agrees(&skies, 4.0, |[y, a, b]| {
+        [0.0, if y < 0.0 { 1.0 + b } else { 0.0 }, 1.0, 1.0 + b.max(a + b)]
     });
     let moments = many(121, |r| {
         [r.between(-1.0, 1.0) as f32, r.between(-0.2, 1.0) as f32, r.between(-1.0, 1.0) as f32]
@@ -208,20 +212,36 @@ impl Field {
             };
         }
         let mut random = Random(127);
-        let light: Vec<[f16; 4]> = (0..3 * count)
-            .map(|_| std::array::from_fn(|_| f16::from_f64(random.between(0.0, 1.0))))
+        // A layer of cells more holds what is left of the ground's light.
+        let light: Vec<[f16; 4]> = (0..3 * (count + size[0] * size[2]))
+            .map(|_| std::array::from_fn(|_| f16::from_f64(random.between(0.1, 1.0))))
             .collect();
         // Of seven cells one has none, and of those every other keeps light.
         let matter: Vec<f32> = (0..3 * count)
             .map(|i| if i % 7 == 0 { 0.0 } else { magnitude(&mut random, 1e-9, 1.0) })
             .collect();
-        let held = light.iter().map(|c| DVec4::from_array(c.map(f16::to_f64))).collect();
+        let texel = |z: u32, y: u32, x: u32| {
+            let at = ((z * (size[1] + 1) + y) * size[0] + x) as usize;
+            DVec4::from_array(light[at].map(f16::to_f64))
+        };
+        let cell = |i: u32| texel(i / size[0] / size[1], i / size[0] % size[1], i % size[0]);
+        let held = (0..3 * count).map(cell).collect();
+        let share = |z: u32, x: u32| {
+            let share = texel(z, size[1], x);
+            [share.x, share.y]
+        };
+        let shares = (0..3u32)
+            .map(|l| {
+                let rows = l * size[2]..(l + 1) * size[2];
+                rows.flat_map(|z| (0..size[0]).map(move |x| (z, x))).map(|(z, x)| share(z, x)).collect()
+            })
+            .collect();
         let device = &gpu().device;
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: None,
             size: wgpu::Extent3d {
                 width: size[0],
-                height: size[1],
+                height: size[1] + 1,
                 depth_or_array_layers: 3 * size[2],
             },
             mip_level_count: 1,
@@ -238,7 +258,7 @@ impl Field {
             wgpu::TexelCopyBufferLayout {
                 offset: 0,
                 bytes_per_row: Some(8 * size[0]),
-                rows_per_image: Some(size[1]),
+                rows_per_image: Some(size[1] + 1),
             },
             texture.size(),
         );
@@ -311,7 +331,7 @@ impl Field {
             });
             (layout, group)
         });
-        let seen = FieldSeen::new(uniforms, held, DVec3::ZERO);
+        let seen = FieldSeen::new(uniforms, held, DVec3::ZERO).with_shares(shares);
         Self { seen, uniforms, matter, layout, group, empty }
     }
 
@@ -365,11 +385,13 @@ fn light_of_the_grid_at_a_place() {
     // of three axes.
     let filter = 3.0 / 256.0 / STEP;
     function(
-        "light_field::scattered_light, level_light, last_level",
+        "light_field::scattered_light, level_light, texel_of, texels_at, last_level",
         "#import cumuli::light_field::scattered_light",
-        "scattered_light(vec3(x[0], x[1], x[2]))",
+        "vec4(scattered_light(vec3(x[0], x[1], x[2])), 0.0)",
     )
-    .agrees(&points, 2.0 * filter, |point| field.seen.at(DVec3::from_array(point)).to_array());
+    .agrees(&points, 2.0 * filter, |point| {
+        field.seen.at(DVec3::from_array(point)).extend(0.0).to_array()
+    });
     function(
         "light_field::ground_shares",
         "#import cumuli::light_field::ground_shares",

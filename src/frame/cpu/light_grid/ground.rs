@@ -7,7 +7,7 @@ use glam::DVec2;
 
 use super::cells::{index, low, side};
 use super::sweep::mean_transmittance;
-use super::{DIRECTIONS, GridLight, direction, outside};
+use super::{GridLight, outside};
 use crate::frame::gpu_data::GridLevel;
 
 const ZENITHS: u32 = 3;
@@ -41,8 +41,8 @@ impl GridLight {
             return Fallen { beam: 1.0, scattered: 0.0, sky: 1.0 };
         };
         let (mut scattered, mut sky, mut sum, mut bare) = (0.0, 0.0, 0.0, 0.0);
-        for d in 0..DIRECTIONS {
-            let down = (-direction(d).y).max(0.0);
+        for d in 0..self.directions() {
+            let down = self.weight(d) * (-self.direction(d).y).max(0.0);
             let light = self.lights[d * self.kept + slot];
             scattered += down * light.x;
             sky += down * light.y;

@@ -3,23 +3,37 @@
 use glam::{DVec3, DVec4};
 
 use super::cells::{corners, index, low, side};
-use crate::frame::gpu_data::LightGridUniforms;
+use crate::frame::gpu_data::{GridLevel, LightGridUniforms};
 
 /// What the cells send towards one eye.
 #[derive(Clone, Debug)]
 pub struct FieldSeen {
     uniforms: LightGridUniforms,
     field: Vec<DVec4>,
+    shares: Vec<Vec<[f64; 2]>>,
     eye: DVec3,
+}
+
+/// Weight of a cell by its optical depth from bottom to top; as in the shader.
+pub(super) fn cell_weight(tau: f64) -> f64 {
+    1.0 + 50.0 * tau.min(20.0)
 }
 
 /// Cells at the border of a level over which it fades into the coarser one.
 const FADE_CELLS: f64 = 3.0;
 
 impl FieldSeen {
-    /// With these values in the cells, seen from an eye relative to the anchor (m).
+    /// With these values in the cells, light times a weight and the weight, seen from an eye relative to the
+    /// anchor (m). All of the ground's light is left.
     pub fn new(uniforms: LightGridUniforms, field: Vec<DVec4>, eye: DVec3) -> Self {
-        Self { uniforms, field, eye }
+        let bare = |level: &GridLevel| vec![[1.0; 2]; (level.size[0] * level.size[2]) as usize];
+        let shares = uniforms.level[..uniforms.levels as usize].iter().map(bare).collect();
+        Self { uniforms, field, shares, eye }
+    }
+
+    /// With this left of the ground's light below the columns of each level, row by row: lit by the sun, by the sky.
+    pub fn with_shares(self, shares: Vec<Vec<[f64; 2]>>) -> Self {
+        Self { shares, ..self }
     }
 
     /// Without cells, and so without light.
@@ -40,33 +54,44 @@ impl FieldSeen {
     /// What the clouds leave of the light of the ground below a point relative to the eye, over that
     /// of bare ground: lit by the sun, by the sky.
     pub fn ground_shares(&self, point: DVec3) -> [f64; 2] {
-        [0.5, 1.5].map(|layer| self.sum(point + self.eye, Some(layer)).w)
+        let sum = self.sum(point + self.eye, true, |l, corners| {
+            let row = self.uniforms.level[l].size[0] as usize;
+            let share = |[x, _, z]: [usize; 3]| self.shares[l][z * row + x];
+            corners.iter().map(|(c, w)| *w * DVec3::new(share(*c)[0], share(*c)[1], 0.0)).sum()
+        });
+        [sum.x, sum.y]
     }
 
     /// At a point relative to the eye: light of the three kinds.
-    pub fn at(&self, point: DVec3) -> DVec4 {
-        self.sum(point + self.eye, None)
+    pub fn at(&self, point: DVec3) -> DVec3 {
+        self.sum(point + self.eye, false, |l, corners| {
+            let level = &self.uniforms.level[l];
+            let light: DVec4 = corners.iter().map(|(c, w)| *w * self.field[index(level, *c)]).sum();
+            light.truncate() / light.w.max(1e-3)
+        })
     }
 
-    /// Of all levels, at a height in a layer of each or at that of the point (m relative to the anchor).
-    fn sum(&self, point: DVec3, layer: Option<f64>) -> DVec4 {
-        let (mut sum, mut left) = (DVec4::ZERO, 1.0);
+    /// Of all levels, at a point relative to the anchor, or at the middle height of each.
+    fn sum(
+        &self,
+        point: DVec3,
+        in_the_middle: bool,
+        of_level: impl Fn(usize, &[([usize; 3], f64); 8]) -> DVec3,
+    ) -> DVec3 {
+        let (mut sum, mut left) = (DVec3::ZERO, 1.0);
         // Without a level there is no light.
         let Some(last) = (self.uniforms.levels as usize).checked_sub(1) else { return sum };
         for l in 0..=last {
             let level = self.uniforms.level[l];
             let size = DVec3::new(level.size[0].into(), level.size[1].into(), level.size[2].into());
             let mut at = (point - low(&level)) / side(&level);
-            at.y = if layer.is_some() { 0.5 * size.y } else { at.y };
+            at.y = if in_the_middle { 0.5 * size.y } else { at.y };
             let margin = at.min(size - at).min_element() - 0.5;
             let weight = if l == last { 1.0 } else { (margin / FADE_CELLS).clamp(0.0, 1.0) };
             if weight > 0.0 {
-                at.y = layer.unwrap_or(at.y);
                 let held = low(&level) + at.clamp(DVec3::splat(0.5), size - 0.5) * side(&level);
-                let light: DVec4 = corners(&level, held).map_or(DVec4::ZERO, |corners| {
-                    corners.iter().map(|(c, w)| *w * self.field[index(&level, *c)]).sum()
-                });
-                sum += left * weight * light;
+                let found = corners(&level, held).map_or(DVec3::ZERO, |c| of_level(l, &c));
+                sum += left * weight * found;
                 left *= 1.0 - weight;
                 if left <= 0.0 {
                     break;

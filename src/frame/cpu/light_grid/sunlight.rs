@@ -25,13 +25,22 @@ fn to_borders(fraction: DVec3, rate: DVec3) -> DVec3 {
     }))
 }
 
+/// Length of a ray from a point to the sides of a level, m.
+fn to_sides(level: &GridLevel, origin: DVec3, rate: DVec3) -> f64 {
+    let size = DVec3::from_array([0, 1, 2].map(|i| level.size[i].into()));
+    let at = (origin - low(level)) / side(level) / size;
+    let left = to_borders(at, rate / size);
+    left.x.min(left.z)
+}
+
 impl GridLight {
     /// Optical depth towards the sun from where a ray through the middle of a cell of level `inner` leaves it.
     fn sun_depth(&self, inner: usize, own: [usize; 3]) -> f64 {
         let sun = self.sun_direction();
         let origin = centre(&self.level(inner), own.map(|v| v as f64));
         let (mut depth, mut t) = (0.0, 0.0);
-        for l in inner..self.levels() {
+        let widest = inner.max(self.uniforms.widest as usize);
+        for l in inner..=widest {
             let level = self.level(l);
             let rate = sun / side(&level);
             let place = (origin + t * sun - low(&level)) / side(&level);
@@ -51,6 +60,11 @@ impl GridLight {
                 let axis = (0..3).find(|i| next[*i] <= leave).unwrap_or(2);
                 cell[axis] += if rate[axis] > 0.0 { 1 } else { -1 };
                 next[axis] += 1.0 / rate[axis].abs();
+            }
+            // Above and below a level there is no matter, only that which coarser cells spread to there.
+            t = t.max(to_sides(&level, origin, rate));
+            if t == f64::INFINITY {
+                break;
             }
         }
         depth

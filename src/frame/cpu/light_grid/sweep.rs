@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::cells::{Slant, Tap, centre};
-use super::{CellLight, GridLight, direction};
+use super::{CellLight, GridLight};
 
 /// Optical depth below which differences of exponentials are series.
 const SERIES_BELOW: f64 = 1e-2;
@@ -45,7 +45,7 @@ impl GridLight {
     pub(super) fn sweep(&mut self, inner: usize, d: usize) -> CellLight {
         let level = self.level(inner);
         let first = level.size[3] as usize;
-        let slant = Slant::new(direction(d), &level);
+        let slant = Slant::new(self.direction(d), &level);
         let mut flows = vec![DVec3::ZERO; level.size[..3].iter().product::<u32>() as usize];
         let mut leaves = DVec3::ZERO;
         for cell in slant.cells() {

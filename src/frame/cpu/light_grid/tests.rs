@@ -1,44 +1,16 @@
 use std::f64::consts::PI;
 
 use super::cells::{cells, centre, index, side};
-use super::{CellLight, DIRECTIONS, GridLight, direction, positive};
+use super::{CellLight, GridLight, positive};
 use crate::frame::gpu_data::{GridLevel, LightGridUniforms};
-use crate::frame::light_grid::relaxations;
+use crate::frame::light_grid::{Directions, relaxations};
 use glam::DVec3;
 
-#[test]
-fn no_direction_is_horizontal() {
-    for d in 0..DIRECTIONS {
-        assert!(direction(d).y.abs() > 0.166, "{}", direction(d));
-        assert_eq!(direction(d ^ 1), -direction(d));
+fn set_directions(uniforms: &mut LightGridUniforms, set: Directions) {
+    uniforms.axes = set.axes().len() as u32;
+    for (slot, axis) in uniforms.axis.iter_mut().zip(set.axes()) {
+        *slot = axis.as_vec4().to_array();
     }
-}
-
-/// Mean of `x^a y^b z^c` over the sphere.
-fn moment([a, b, c]: [u32; 3]) -> f64 {
-    if [a, b, c].iter().any(|n| n % 2 == 1) {
-        return 0.0;
-    }
-    let odds = |n: u32| (1..n).step_by(2).map(f64::from).product::<f64>();
-    odds(a) * odds(b) * odds(c) / (1..a + b + c + 2).step_by(2).map(f64::from).product::<f64>()
-}
-
-#[test]
-fn the_directions_integrate_polynomials_of_degree_5() {
-    for a in 0..=5 {
-        for b in 0..=5 - a {
-            for c in 0..=5 - a - b {
-                let powers = |v: DVec3| v.x.powi(a) * v.y.powi(b) * v.z.powi(c);
-                let sum: f64 = (0..DIRECTIONS).map(|d| powers(direction(d))).sum();
-                let off = sum / DIRECTIONS as f64 - moment([a, b, c].map(|n| n as u32));
-                // Roundings of a few products and twelve summands of at most 1.
-                assert!(off.abs() < 1e-15, "x^{a} y^{b} z^{c}: {off}");
-            }
-        }
-    }
-    // Degree 6 is beyond them: the test can fail.
-    let sum: f64 = (0..DIRECTIONS).map(|d| direction(d).dot(direction(0)).powi(6)).sum();
-    assert!((sum / DIRECTIONS as f64 - moment([0, 0, 6])).abs() > 0.01);
 }
 
 /// One level with a ragged cloud: two balls that overlap, of cells that hold no matter, little, or
@@ -49,6 +21,7 @@ pub(super) fn ragged(thickest: f64) -> GridLight {
     uniforms.sun = [0.48, 0.6, 0.64, 0.0];
     uniforms.levels = 1;
     uniforms.cells = size.iter().product();
+    set_directions(&mut uniforms, Directions::ThirtyTwo);
     uniforms.moment_first = 0.3;
     uniforms.moment_second = 0.1;
     uniforms.albedo = 1.0;
@@ -73,15 +46,15 @@ pub(super) fn ragged(thickest: f64) -> GridLight {
 }
 
 /// Power of sunlight that the cells take, and of scattered sunlight that leaves, W per W/m^2.
-fn taken_and_left(grid: &GridLight, leaves: &[super::CellLight; DIRECTIONS]) -> (f64, f64) {
+fn taken_and_left(grid: &GridLight, leaves: &[CellLight]) -> (f64, f64) {
     let level = grid.level(0);
     let cell = side(&level);
     let volume = cell.x * cell.y * cell.z;
     let taken: f64 = grid.sun.iter().zip(&grid.extinction).map(|(sun, e)| sun * e * volume).sum();
-    let solid_angle = 4.0 * PI / DIRECTIONS as f64;
     let left = (leaves.iter().enumerate())
         .map(|(d, light)| {
-            light.x * solid_angle * volume / super::cells::Crossing::new(direction(d), cell).path
+            let path = super::cells::Crossing::new(grid.direction(d), cell).path;
+            light.x * 4.0 * PI * grid.weight(d) * volume / path
         })
         .sum();
     (taken, left)
@@ -92,7 +65,7 @@ fn all_sunlight_that_is_taken_leaves() {
     for thickest in [0.3, 3.0, 12.0] {
         let mut grid = ragged(thickest);
         grid.start(0);
-        let mut leaves = Default::default();
+        let mut leaves = Vec::new();
         for step in relaxations(257, 0.0) {
             leaves = grid.turn(0, f64::from(step), false);
         }
@@ -149,13 +122,20 @@ fn relaxed_turns_converge_faster_than_plain_ones() {
 /// What is negative goes, and the sum stays; where nothing is, all stays to the bit.
 #[test]
 fn no_light_is_negative_and_none_is_lost() {
-    let mut scattered = [DVec3::new(1.0, 0.25, 0.0); DIRECTIONS];
-    assert_eq!(positive(scattered), scattered);
+    let grid = ragged(0.0);
+    let weights: Vec<f64> = (0..grid.directions()).map(|d| grid.weight(d)).collect();
+    let mut scattered = vec![DVec3::new(1.0, 0.25, 0.0); grid.directions()];
+    let mut result = scattered.clone();
+    positive(&mut result, &weights);
+    assert_eq!(result, scattered);
     (scattered[3].x, scattered[7].x) = (-0.5, -1.0);
     scattered[2].y = -1e9;
-    let result = positive(scattered);
+    result.clone_from(&scattered);
+    positive(&mut result, &weights);
     assert!(result.iter().all(|s| s.min_element() >= 0.0), "{result:?}");
-    let sum = |of: &[CellLight], axis: usize| -> f64 { of.iter().map(|s| s[axis]).sum() };
+    let sum = |of: &[CellLight], axis: usize| -> f64 {
+        of.iter().zip(&weights).map(|(s, w)| w * s[axis]).sum()
+    };
     assert!((sum(&result, 0) - sum(&scattered, 0)).abs() < 1e-12);
     assert_eq!((sum(&result, 1), sum(&result, 2)), (0.0, 0.0), "less than nothing is nothing");
 }
@@ -168,6 +148,7 @@ fn sunlight_falls_off_with_the_way_through_matter() {
         let mut uniforms = <LightGridUniforms as bytemuck::Zeroable>::zeroed();
         uniforms.sun = [sun.x as f32, sun.y as f32, sun.z as f32, 0.0];
         uniforms.levels = 2;
+        uniforms.widest = 1;
         uniforms.level[0] = GridLevel {
             low: [-40.0, -32.0, -36.0, 0.0],
             cell: [10.0, 8.0, 9.0, 0.0],
