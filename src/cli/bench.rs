@@ -58,7 +58,7 @@ pub struct BenchArgs {
     /// Another seed is another layout of --clumps
     #[arg(long, value_name = "N", default_value = "0", requires = "clumps")]
     pub seed: u64,
-    /// Only cases of --clumps with this in their names, and not what light costs; may be given again
+    /// Only cases of --clumps with this in their names, or, as `cost`, what light costs; may be given again
     #[arg(long, value_name = "TEXT", requires = "clumps")]
     pub only: Vec<String>,
     /// A preset that takes turns with the first, frame by frame; the ratio is told with its noise
@@ -101,6 +101,8 @@ const CLUMP_SIZE: [u32; 2] = [96, 54];
 const CLUMP_PATHS: u32 = 256;
 /// Frames of each lighting whose times are taken.
 const CLUMP_FRAMES: u32 = 5;
+/// What the cost of light is called among the cases.
+const COST: &str = "cost";
 /// Pixels of the frames in which the cost of light is measured: fewer than a window has, where its share is smaller.
 const COST_SIZE: [u32; 2] = [640, 360];
 /// How many: ten a second, of an epoch of the default scene's light, 3.5 s.
@@ -214,13 +216,14 @@ fn order(args: &BenchArgs) -> Result<Order> {
         _ => [640, 360],
     };
     let frames = if args.clumps { CLUMP_FRAMES } else { quick(3, 32) };
+    let has_cost = args.only.is_empty() || args.only.iter().any(|name| name == COST);
     let clumps = args.clumps.then(|| ClumpOrder {
         seed: args.seed,
         only: args.only.clone(),
         folder: args.out.clone(),
         program: this_program(),
         spp: args.spp.unwrap_or(CLUMP_PATHS),
-        cost: args.only.is_empty().then_some((COST_SIZE, COST_FRAMES)),
+        cost: has_cost.then_some((COST_SIZE, COST_FRAMES)),
     });
     Ok(Order {
         scenes,

@@ -195,7 +195,7 @@ pub struct Quality {
     pub lighting: Lighting,
 }
 
-/// Steps of the light grid's solution a frame of a stream. In preset high a step takes about 150 ms of
+/// Steps of the light grid's solution a frame of a stream. In preset high a step takes about 200 ms of
 /// both cores in software, a solution 30 steps; an epoch of a default field is 3.5 s.
 const LIVE_SLICE: u32 = 2;
 
@@ -221,8 +221,8 @@ impl Preset {
                 air_steps: 1,
                 grid: GridSettings {
                     fineness: 0.6,
-                    directions: Directions::Twelve,
-                    turns: [9, 4],
+                    directions: Directions::Twenty,
+                    turns: [33, 4],
                     slice: 0,
                     draft: false,
                 },
@@ -238,8 +238,8 @@ impl Preset {
                 air_steps: 2,
                 grid: GridSettings {
                     fineness: 0.95,
-                    directions: Directions::Twelve,
-                    turns: [9, 4],
+                    directions: Directions::Twenty,
+                    turns: [33, 4],
                     slice: 0,
                     draft: false,
                 },
@@ -254,9 +254,9 @@ impl Preset {
                 shadow_resolution: 256,
                 air_steps: 4,
                 grid: GridSettings {
-                    fineness: 1.8,
-                    directions: Directions::Twelve,
-                    turns: [9, 4],
+                    fineness: 1.7,
+                    directions: Directions::ThirtyTwo,
+                    turns: [33, 4],
                     slice: 0,
                     draft: false,
                 },
@@ -272,8 +272,8 @@ impl Preset {
                 air_steps: 4,
                 grid: GridSettings {
                     fineness: 2.2,
-                    directions: Directions::Twelve,
-                    turns: [17, 5],
+                    directions: Directions::ThirtyTwo,
+                    turns: [33, 4],
                     slice: 0,
                     draft: false,
                 },

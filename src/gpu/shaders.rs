@@ -51,12 +51,6 @@ pub struct ShaderLibrary {
     composer: Mutex<Composer>,
 }
 
-fn hacked(path: &str) -> Option<String> {
-    let dir = std::env::var("HACK_SHADERS").ok()?;
-    let path = path.trim_start_matches("shaders/");
-    std::fs::read_to_string(format!("{dir}/{path}")).ok()
-}
-
 impl ShaderLibrary {
     /// Parses all shared modules.
     pub fn new() -> Result<Self> {
@@ -66,8 +60,6 @@ impl ShaderLibrary {
                 | naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32,
         );
         for (path, source) in MODULES {
-            let own = hacked(path);
-            let source: &str = own.as_deref().unwrap_or(source);
             let added = composer.add_composable_module(ComposableModuleDescriptor {
                 source,
                 file_path: path,
@@ -88,8 +80,6 @@ impl ShaderLibrary {
             .iter()
             .map(|(name, value)| ((*name).to_owned(), ShaderDefValue::UInt(*value)))
             .collect();
-        let own = hacked(path);
-        let source: &str = own.as_deref().unwrap_or(source);
         let made = composer.make_naga_module(NagaModuleDescriptor {
             source,
             file_path: path,

@@ -70,7 +70,7 @@ impl ClumpOrder {
             kept.is_file().then_some(Lightable { name, scene, kept: Some(kept) })
         });
         let all: Vec<_> = clumps.chain(scenes).filter(|case| self.is_asked(&case.name)).collect();
-        match all.is_empty() {
+        match all.is_empty() && self.cost.is_none() {
             true => Err(Error::input("--only", "no case has a name with that in it")),
             false => Ok(all),
         }

@@ -177,7 +177,11 @@ impl GridLight {
             sun: slots.iter().map(lit).collect(),
             slots,
             kept,
-            lights: words.chunks_exact(packed.max(1)).take(directions(uniforms) * kept).map(light).collect(),
+            lights: words
+                .chunks_exact(packed.max(1))
+                .take(directions(uniforms) * kept)
+                .map(light)
+                .collect(),
             sources: Vec::new(),
         }
     }

@@ -54,9 +54,9 @@ fn cycled(point: DVec3) -> Vec<DVec3> {
 }
 
 fn turned(points: Vec<DVec3>, weight: f64, [cos, sin]: [f64; 2]) -> impl Iterator<Item = DVec4> {
-    points.into_iter().map(move |d| {
-        DVec3::new(d.x * cos - d.y * sin, d.x * sin + d.y * cos, d.z).extend(weight)
-    })
+    points
+        .into_iter()
+        .map(move |d| DVec3::new(d.x * cos - d.y * sin, d.x * sin + d.y * cos, d.z).extend(weight))
 }
 
 fn turn(angle: f64) -> [f64; 2] {
@@ -116,9 +116,8 @@ mod tests {
             for b in 0..=degree - a {
                 let c = degree - a - b;
                 let powers = |v: DVec3| v.x.powi(a) * v.y.powi(b) * v.z.powi(c);
-                let pair = |axis: &DVec4| {
-                    axis.w * (powers(axis.truncate()) + powers(-axis.truncate()))
-                };
+                let pair =
+                    |axis: &DVec4| axis.w * (powers(axis.truncate()) + powers(-axis.truncate()));
                 let sum: f64 = set.axes().iter().map(pair).sum();
                 largest = largest.max((sum - moment([a, b, c])).abs());
             }

@@ -4,9 +4,9 @@
 
 use glam::DVec3;
 
+use super::directions::Directions;
 use super::levels::{GridRoom, Levels, fitting, of_list};
 use super::pass::light_words;
-use super::directions::Directions;
 use super::sky_light::unevenness;
 use crate::Result;
 use crate::frame::gpu_data::{GRID_LEVELS, GridLevel, LightGridUniforms, Particle};
@@ -148,12 +148,6 @@ impl GridInputs {
             scene.clouds.as_ref().map_or(0.0, |f| f.evolution_time / STEPS_PER_TURNOVER);
         let scale = truncation.scale(scene.medium.albedo);
         let words = light_words(scene.medium.albedo);
-        let mut settings = settings.clone();
-        let env = |n: &str| std::env::var(n).ok().and_then(|t| t.parse::<f64>().ok());
-        if let Some(n) = env("LG_TURNS") { settings.turns[1] = n as u32; }
-        if let Some(n) = env("LG_TURNS0") { settings.turns[0] = n as u32; }
-        if let Some(n) = env("LG_FINE") { settings.fineness = n; }
-        if let Some(n) = env("LG_DIRS") { settings.directions = match n as u32 { 12 => super::Directions::Twelve, 20 => super::Directions::Twenty, _ => super::Directions::ThirtyTwo }; }
         let axes = settings.directions.axes();
         let fine = (settings.fineness, 2 * axes.len() as u32);
         let (levels, epoch, start, wind) = match &scene.clouds {

@@ -147,7 +147,8 @@ impl GridRoom {
     pub fn at_least(self, levels: &Levels, coverage: f64, words: u32) -> Self {
         let cells = levels.cells();
         let flows = u64::from(levels.lights(0));
-        let most = (MOST_WORDS / u64::from(words)).saturating_sub(flows) / u64::from(levels.directions);
+        let most =
+            (MOST_WORDS / u64::from(words)).saturating_sub(flows) / u64::from(levels.directions);
         let most = most.min(cells.into()) as u32;
         let guess = |[least, rise]: [f64; 2]| {
             let coverage = (coverage / GUESS_STEP).ceil() * GUESS_STEP;
@@ -215,11 +216,7 @@ pub fn fitting(
 
 /// Levels for a cloud field: one for each ring, over all of it. `anchor` is the point of the ground
 /// below the middle of the rings; `fineness` the side of a ring's cell over that of the grid's.
-pub fn of_field(
-    field: &CloudField,
-    anchor: DVec3,
-    (fineness, directions): (f64, u32),
-) -> Levels {
+pub fn of_field(field: &CloudField, anchor: DVec3, (fineness, directions): (f64, u32)) -> Levels {
     let mut result = Levels { anchor, levels: Vec::new(), directions, widest: 0 };
     for ring in 0..field.rings.min(GRID_LEVELS as u32) {
         let ring_cell = field.cell_size * f64::from(1u32 << ring);
@@ -239,7 +236,7 @@ pub fn of_field(
         );
     }
     result.widest = result.levels.len().saturating_sub(1);
-    if std::env::var("LG_NOX").is_err() { result.push_coarser(); }
+    result.push_coarser();
     result
 }
 

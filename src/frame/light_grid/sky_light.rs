@@ -107,8 +107,7 @@ fn nearest(
     let moment_at =
         |a: &DVec3| seen.clone().map(|(v, f)| f * harmonics(a.dot(v))).sum::<f64>() * solid_angle;
     let wanted: Vec<f64> = above.iter().map(moment_at).collect();
-    let product =
-        |i: usize, j: usize| harmonics(above[i].dot(above[j])) * (4.0 * PI * axes[j].w);
+    let product = |i: usize, j: usize| harmonics(above[i].dot(above[j])) * (4.0 * PI * axes[j].w);
     let mut values = vec![0.0f64; axes.len()];
     for _ in 0..turns {
         for i in 0..axes.len() {
@@ -196,9 +195,8 @@ mod tests {
     /// own, and they point to that side.
     #[test]
     fn a_bright_side_is_the_bright_side() {
-        for (set, side) in Directions::ALL
-            .into_iter()
-            .flat_map(|set| SIDES.map(|side| (set.axes(), side)))
+        for (set, side) in
+            Directions::ALL.into_iter().flat_map(|set| SIDES.map(|side| (set.axes(), side)))
         {
             let light = |v: DVec3| 0.5 * v.dot(side);
             let values = nearest(hemisphere().map(|v| (v, light(v))), set, TURNS);
@@ -228,8 +226,7 @@ mod tests {
         }
     }
 
-    const SIDES: [DVec3; 4] =
-        [DVec3::X, DVec3::Z, DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8)];
+    const SIDES: [DVec3; 4] = [DVec3::X, DVec3::Z, DVec3::NEG_Z, DVec3::new(0.6, 0.0, -0.8)];
 
     /// The sun low in the west: what comes from there is the brightest, and nothing is negative.
     #[test]
@@ -239,9 +236,8 @@ mod tests {
             let [west, east] =
                 [-1.0, 1.0].map(|x| unevenness(&inputs(DVec3::new(x, 0.08, 0.0)), 1500.0, axes));
             println!("{set:?}: west {west:?}, east {east:?}");
-            let most = |of: &[f32]| {
-                (0..of.len()).max_by(|a, b| of[*a].total_cmp(&of[*b])).expect("some")
-            };
+            let most =
+                |of: &[f32]| (0..of.len()).max_by(|a, b| of[*a].total_cmp(&of[*b])).expect("some");
             let (brightest, opposite) = (most(&west), most(&east));
             assert!(from_above(&axes[brightest]).x < -0.5, "{}", axes[brightest]);
             assert!(west[brightest] > 0.3, "{west:?}");

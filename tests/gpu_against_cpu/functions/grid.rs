@@ -233,7 +233,9 @@ impl Field {
         let shares = (0..3u32)
             .map(|l| {
                 let rows = l * size[2]..(l + 1) * size[2];
-                rows.flat_map(|z| (0..size[0]).map(move |x| (z, x))).map(|(z, x)| share(z, x)).collect()
+                rows.flat_map(|z| (0..size[0]).map(move |x| (z, x)))
+                    .map(|(z, x)| share(z, x))
+                    .collect()
             })
             .collect();
         let device = &gpu().device;
