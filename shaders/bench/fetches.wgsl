@@ -81,7 +81,7 @@ fn fetch_sun(@builtin(global_invocation_id) id: vec3<u32>) {
 @compute @workgroup_size(64)
 fn fetch_field(@builtin(global_invocation_id) id: vec3<u32>) {
     let own = stretch(2u, 4u, id.x);
-    var sum = vec4(0.0);
+    var sum = vec3(0.0);
     for (var i = 0u; i < own.count; i++) {
         sum += scattered_light(four(own.begin + 4u * i).xyz);
     }

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use super::march::{MarchLight, MarchSettings, STEPS};
 use super::record::PointKind;
-use crate::frame::{Preset, Quality};
+use crate::frame::{Directions, Preset, Quality};
 
 /// A number in place of a preset's: "steps=4".
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,24 +22,32 @@ enum Name {
     AirSteps,
     TileSize,
     GridFineness,
+    GridDirections,
+    GridTurns,
     GridSlice,
     PixelStride,
     Scale,
 }
 
 /// Names, what they may be, and whether they are whole numbers.
-const NAMES: [(Name, &str, [f64; 2], bool); 10] = [
+const NAMES: [(Name, &str, [f64; 2], bool); 12] = [
     (Name::Steps, "steps", [1.0, 32.0], true),
     (Name::TransmittanceStop, "transmittance_stop", [1e-6, 0.5], false),
     (Name::ShadowSteps, "shadow_steps", [1.0, 32.0], true),
     (Name::ShadowResolution, "shadow_resolution", [8.0, 2048.0], true),
     (Name::AirSteps, "air_steps", [1.0, 32.0], true),
     (Name::TileSize, "tile_size", [4.0, 64.0], true),
-    (Name::GridFineness, "grid_fineness", [0.25, 2.0], false),
+    (Name::GridFineness, "grid_fineness", [0.25, 3.0], false),
+    (Name::GridDirections, "grid_directions", [12.0, 32.0], true),
+    (Name::GridTurns, "grid_turns", [1.0, 65.0], true),
     (Name::GridSlice, "grid_slice", [0.0, 1000.0], true),
     (Name::PixelStride, "pixel_stride", [1.0, 2.0], true),
     (Name::Scale, "scale", [0.1, 1.0], false),
 ];
+
+fn directions(count: f64) -> Option<Directions> {
+    Directions::ALL.into_iter().find(|set| f64::from(set.count()) == count)
+}
 
 impl FromStr for Setting {
     type Err = String;
@@ -58,6 +66,9 @@ impl FromStr for Setting {
         // NaN is in no range.
         if !(least..=most).contains(&value) || (whole && value.fract() != 0.0) {
             return Err(expected());
+        }
+        if name == Name::GridDirections && directions(value).is_none() {
+            return Err(format!("{label}: expected 12, 20 or 32, found `{value}`"));
         }
         Ok(Self { name, value })
     }
@@ -111,6 +122,11 @@ impl Variant {
             Name::AirSteps => quality.air_steps = value as u32,
             Name::TileSize => quality.tile = value as u32,
             Name::GridFineness => quality.grid.fineness = value,
+            Name::GridDirections => {
+                quality.grid.directions = directions(value).unwrap_or_default();
+            }
+            // Those of finer levels: the coarsest one's cost nothing.
+            Name::GridTurns => quality.grid.turns[1] = value as u32,
             Name::GridSlice => quality.grid.slice = value as u32,
             Name::PixelStride => quality.pixel_stride = value as u32,
             Name::Scale => self.scale = value,
@@ -186,7 +202,7 @@ mod tests {
 
     #[test]
     fn settings_are_read_and_refused() {
-        for text in KNOBS {
+        for text in KNOBS.into_iter().chain(["grid_directions=20", "grid_turns=7"]) {
             let setting: Setting = text.parse().expect(text);
             assert_eq!(setting.to_string(), text);
             let high = Variant::preset(Preset::High, &[]);
@@ -198,6 +214,7 @@ mod tests {
             ("steps=0", "from 1 to 32"),
             ("steps=1.5", "a whole number"),
             ("shadow_steps=33", "from 1 to 32"),
+            ("grid_directions=16", "12, 20 or 32"),
             ("scale=nan", "from 0.1 to 1"),
             ("scale=", "from 0.1 to 1"),
         ] {

@@ -36,6 +36,7 @@ pub mod tonemap;
 pub mod view;
 pub mod weather;
 
+pub use light_grid::Directions;
 pub use opaque::{DepthKind, Opaque, OpaquePicture, Surface};
 pub use picture::{Counters, FrameStats, PassTime, Picture};
 pub use plan::{FramePlan, Pass};

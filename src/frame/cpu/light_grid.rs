@@ -2,9 +2,9 @@
 //! precision.
 //!
 //! The method. Sunlight is followed to every cell by a ray (`sunlight.rs`); it is the first source of what is
-//! scattered. That light is followed along the twelve directions to the corners of an icosahedron
+//! scattered. That light is followed along the directions to the corners of regular solids (`Directions`)
 //! through nested grids of cells (discrete ordinates). In a cell it is scattered by the smooth part
-//! of the phase function (degree 2, which the twelve directions integrate exactly). A direction goes
+//! of the phase function (degree 2, which all sets of directions integrate exactly). A direction goes
 //! from cell to cell by shares of what flows out of them; a cell attenuates what flows in, and feeds
 //! it with a source that changes evenly across it. What a cell takes is exactly what it scatters: the
 //! light that leaves a cloud that does not absorb is the sunlight that it took. Scattering and
@@ -12,7 +12,7 @@
 //! one, where light crosses the cloud in a few cells: what is left for the turns of the fine level is
 //! its own detail.
 //!
-//! What else was measured. Mean over that of path traced pictures, cumulus scene, sun only:
+//! What else was measured, with twelve directions. Mean over that of path traced pictures, cumulus scene, sun only:
 //! - light interpolated between planes of cells (short characteristics, Kunasz and Auer 1988), which
 //!   neither keeps what it carries nor what it scatters: 1.18, in an isotropic medium 1.32;
 //! - the conservative sweep along an icosahedron with four horizontal directions: 1.14 and 1.19;
@@ -66,7 +66,7 @@ use half::f16;
 use self::cells::{Crossing, cells, centre, corners, index, side};
 use self::kept::{EMPTY_CELL, NO_SLOT};
 use crate::frame::gpu_data::{GridLevel, LightGridUniforms, Particle};
-use crate::frame::light_grid::{least_eigenvalue, relaxations};
+use crate::frame::light_grid::{Directions, least_eigenvalue, relaxations};
 use crate::tables::TableSet;
 
 /// How many directions of travel there are.
@@ -74,16 +74,20 @@ fn directions(uniforms: &LightGridUniforms) -> usize {
     2 * uniforms.axes as usize
 }
 
+/// The first of each pair of opposite directions, and their weight, in double precision.
+fn axes(uniforms: &LightGridUniforms) -> &'static [DVec4] {
+    Directions::with_axes(uniforms.axes).unwrap_or_default().axes()
+}
+
 /// A direction of travel; opposite ones are neighbours in number.
 pub fn direction(uniforms: &LightGridUniforms, index: usize) -> DVec3 {
-    let [x, y, z, _] = uniforms.axis[index >> 1].map(f64::from);
-    let along = DVec3::new(x, y, z);
+    let along = axes(uniforms)[index >> 1].truncate();
     if index & 1 == 0 { along } else { -along }
 }
 
 /// Share of the sphere that a direction stands for.
 fn weight(uniforms: &LightGridUniforms, index: usize) -> f64 {
-    uniforms.axis[index >> 1][3].into()
+    axes(uniforms)[index >> 1].w
 }
 
 /// Share of light from above, even over the hemisphere, in what a cell scatters against a view.

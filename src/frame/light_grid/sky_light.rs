@@ -20,7 +20,7 @@ const STEPS: u32 = 24;
 /// Luminance of linear sRGB (IEC 61966-2-1).
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 /// Turns of the solution below: half of them change it by less than f32 does (test).
-const TURNS: u32 = 256;
+const TURNS: u32 = 4096;
 
 /// What was asked for last, with the tables of the air over that ground, which take longer than all else here.
 struct Kept {
@@ -108,12 +108,14 @@ fn nearest(
         |a: &DVec3| seen.clone().map(|(v, f)| f * harmonics(a.dot(v))).sum::<f64>() * solid_angle;
     let wanted: Vec<f64> = above.iter().map(moment_at).collect();
     let product = |i: usize, j: usize| harmonics(above[i].dot(above[j])) * (4.0 * PI * axes[j].w);
+    let products: Vec<Vec<f64>> =
+        (0..axes.len()).map(|i| (0..axes.len()).map(|j| product(i, j)).collect()).collect();
     let mut values = vec![0.0f64; axes.len()];
     for _ in 0..turns {
         for i in 0..axes.len() {
-            let others: f64 =
-                (0..axes.len()).filter(|j| *j != i).map(|j| product(i, j) * values[j]).sum();
-            values[i] = ((wanted[i] - others) / product(i, i)).max(-1.0);
+            let row = &products[i];
+            let all: f64 = row.iter().zip(&values).map(|(p, v)| p * v).sum();
+            values[i] = (values[i] + (wanted[i] - all) / row[i]).max(-1.0);
         }
     }
     values
@@ -126,8 +128,9 @@ fn fitted(
     turns: u32,
 ) -> Vec<f32> {
     let values = nearest(seen, axes, turns);
-    let mean: f64 = values.iter().zip(axes).map(|(v, a)| 2.0 * a.w * (1.0 + v)).sum();
-    let over = |v: &f64| if mean > 0.0 { ((1.0 + v) / mean - 1.0) as f32 } else { 0.0 };
+    let excess: f64 = values.iter().zip(axes).map(|(v, a)| 2.0 * a.w * v).sum();
+    let mean = 1.0 + excess;
+    let over = |v: &f64| if mean > 0.0 { ((v - excess) / mean) as f32 } else { 0.0 };
     values.iter().map(over).collect()
 }
 

@@ -155,16 +155,16 @@ fn sunlight_falls_off_with_the_way_through_matter() {
             size: [8, 8, 8, 0],
         };
         uniforms.level[1] = GridLevel {
-            low: [-100.0, -90.0, -120.0, 0.0],
-            cell: [20.0, 18.0, 24.0, 0.0],
-            size: [10, 10, 10, 512],
+            low: [-100.0, -32.0, -120.0, 0.0],
+            cell: [20.0, 16.0, 24.0, 0.0],
+            size: [10, 4, 10, 512],
         };
-        uniforms.cells = 1512;
+        uniforms.cells = 912;
         let mut grid = GridLight::empty(&uniforms);
         grid.extinction.fill(EXTINCTION);
         grid.start(1);
         grid.start(0);
-        let half = DVec3::new(100.0, 90.0, 120.0);
+        let half = DVec3::new(100.0, 32.0, 120.0);
         for l in 0..2 {
             let level = grid.level(l);
             for cell in cells(&level) {
@@ -187,6 +187,38 @@ fn sunlight_falls_off_with_the_way_through_matter() {
                 );
             }
         }
+    }
+}
+
+/// Above a level there is no matter: what coarser cells spread to there takes no sunlight from it. Beside it there is.
+#[test]
+fn matter_that_coarser_cells_spread_above_a_level_throws_no_shadow() {
+    for (sun, is_lit) in [(DVec3::Y, true), (DVec3::new(0.8, 0.6, 0.0), false)] {
+        let mut uniforms = <LightGridUniforms as bytemuck::Zeroable>::zeroed();
+        uniforms.sun = sun.extend(0.0).as_vec4().to_array();
+        uniforms.levels = 2;
+        uniforms.widest = 1;
+        let level = |low: [f32; 3], cell: f32, size: [u32; 3], first: u32| GridLevel {
+            low: [low[0], low[1], low[2], 0.0],
+            cell: [cell, cell, cell, 0.0],
+            size: [size[0], size[1], size[2], first],
+        };
+        uniforms.level[0] = level([-20.0, 0.0, -20.0], 10.0, [4, 2, 4], 0);
+        uniforms.level[1] = level([-200.0, 0.0, -20.0], 40.0, [10, 4, 1], 32);
+        uniforms.cells = 72;
+        let mut grid = GridLight::empty(&uniforms);
+        // All of the coarse level's second layer, from 40 to 80 m.
+        let coarse = grid.level(1);
+        for cell in cells(&coarse).filter(|[_, y, _]| *y == 1) {
+            grid.extinction[index(&coarse, cell)] = 1.0;
+        }
+        grid.start(0);
+        let lit = |s: &f64| if is_lit { *s == 1.0 } else { *s < 1e-6 };
+        let lowest: Vec<f64> = cells(&grid.level(0))
+            .filter(|[x, y, _]| *x == 3 && *y == 0)
+            .map(|cell| grid.sun[index(&grid.level(0), cell)])
+            .collect();
+        assert!(lowest.iter().all(lit), "{sun}: {lowest:?}");
     }
 }
 
