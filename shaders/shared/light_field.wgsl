@@ -46,6 +46,12 @@ fn last_level() -> u32 {
     return min(arrayLength(&grid_cells), light_grid.levels) - 1u;
 }
 
+// The last level whose light is looked up. Coarser ones reach hardly farther, and have less of what clouds look like; beyond it
+// its outermost cells stand for what is there, below the clouds those of its lowest layer.
+fn last_lit() -> u32 {
+    return min(arrayLength(&grid_cells) - 1u, light_grid.widest);
+}
+
 // Cells at the border of a level over which it fades into the coarser one.
 const FADE_CELLS: f32 = 3.0;
 
@@ -81,7 +87,7 @@ fn level_light(level: GridLevel, point: vec3<f32>) -> vec3<f32> {
 fn scattered_light(point: vec3<f32>) -> vec3<f32> {
     var sum = vec3(0.0);
     var left = 1.0;
-    let last = last_level();
+    let last = last_lit();
     for (var l = 0u; l <= last; l++) {
         let level = light_grid.level[l];
         let weight = select(level_weight(level, point), 1.0, l == last);
@@ -101,7 +107,7 @@ fn scattered_light(point: vec3<f32>) -> vec3<f32> {
 fn ground_shares(point: vec3<f32>) -> vec2<f32> {
     var sum = vec2(0.0);
     var left = 1.0;
-    let last = last_level();
+    let last = last_lit();
     let row = f32(textureDimensions(light_field).y) - 0.5;
     for (var l = 0u; l <= last; l++) {
         let level = light_grid.level[l];

@@ -10,8 +10,12 @@ use glam::{DVec2, DVec3};
 use crate::{alone, renderer};
 
 const SIZE: [u32; 2] = [64, 40];
-/// Steps a frame; no divisor of the number of steps.
+/// Steps a frame, of the larger levels: a slice counts others by their cells.
 const SLICE: u32 = 4;
+/// The matter, turns of the coarsest level, of one more level over all of the rings', and of the three rings'.
+const STEPS: u64 = 1 + 33 + 4 + 3 * 4;
+/// All of the two coarser levels, with the matter, are in the first slice, and some turns of the last ring's level.
+const FIRST: std::ops::Range<u64> = 39..42;
 
 fn cumulus() -> Scene {
     let clouds = CloudField { cells: 40, rings: 3, coverage: 0.5, ..CloudField::default() };
@@ -56,10 +60,13 @@ fn a_sliced_solution_is_the_whole_one_once_it_is_whole() {
     loop {
         let picture = frame(&scene, 20.0);
         let [done, all] = progress(&picture);
-        steps = u64::from(SLICE).min(all - steps) + steps;
-        assert_eq!(done, steps, "of {all}");
-        // Turns of three levels in preset low, and the matter.
-        assert_eq!(all, 9 + 4 + 4 + 1);
+        if steps == 0 {
+            assert!(FIRST.contains(&done), "{done}");
+        } else {
+            assert_eq!(done, u64::from(SLICE).min(all - steps) + steps, "of {all}");
+        }
+        steps = done;
+        assert_eq!(all, STEPS);
         assert_eq!(bits(&picture) == bits(&later), done == all, "{done} of {all}");
         assert_eq!(picture.stats.unfinished, done < all);
         if done == all {
@@ -107,7 +114,7 @@ fn other_clouds_do_not_wait_for_their_light() {
     // A little more of the same is lit by the light of before until its own is whole.
     let near = with(&|c| (c.coverage, c.extinction) = (0.53, 2.2 * c.extinction));
     let picture = lasting.render(&near, 0.0, SIZE).expect("a frame");
-    assert_eq!(progress(&picture)[0], u64::from(SLICE));
+    assert!(FIRST.contains(&progress(&picture)[0]), "{:?}", progress(&picture));
 }
 
 #[test]
@@ -123,8 +130,7 @@ fn a_window_begins_with_rough_light_and_its_saved_pictures_do_not() {
     let mut live = drafting();
     let expected = whole(&scene, 0.0);
     let first = live.render(&scene, 0.0, SIZE).expect("a frame");
-    // Turns of three levels in preset low, and the matter.
-    assert_eq!(progress(&first), [0, 9 + 4 + 4 + 1]);
+    assert_eq!(progress(&first), [0, STEPS]);
     assert!(first.stats.unfinished && bits(&first) != bits(&expected));
     let mean = |p: &Picture| p.radiance.iter().map(|v| f64::from(v[1])).sum::<f64>();
     // Some light is still on its way, in the clouds: the sky is as it will be.
@@ -142,7 +148,8 @@ fn a_window_begins_with_rough_light_and_its_saved_pictures_do_not() {
             break picture;
         }
     };
-    assert_eq!(frames, 1 + 20 / SLICE, "the draft, then slices");
+    let slices = 1 + (STEPS - FIRST.start).div_ceil(SLICE.into());
+    assert_eq!(frames, 1 + slices, "the draft, then slices");
     assert!(bits(&last) == bits(&expected));
 }
 
@@ -157,15 +164,16 @@ fn a_jump_starts_again_and_what_no_solution_serves_is_waited_for() {
     };
     let slice = u64::from(SLICE);
     assert_eq!(steps(&scene, 0.0).0, 0);
-    assert_eq!(steps(&scene, 4.0).0, slice);
+    let first = steps(&scene, 4.0).0;
+    assert!(FIRST.contains(&first), "{first}");
     // The next epoch does not interrupt the solution on the way, nor does a slowly moving sun.
-    assert_eq!(steps(&scene, 8.0).0, 2 * slice);
+    assert_eq!(steps(&scene, 8.0).0, first + slice);
     let mut evening = scene.clone();
     evening.sun.direction = (scene.sun.direction + DVec3::new(0.02, 0.0, 0.0)).normalize();
-    assert_eq!(steps(&evening, 8.0).0, 3 * slice);
+    assert_eq!(steps(&evening, 8.0).0, first + 2 * slice);
     evening.sun.direction.x *= -1.0;
     evening.sun.direction = (evening.sun.direction + DVec3::new(0.3, 0.0, 0.0)).normalize();
-    assert_eq!(steps(&evening, 8.0).0, slice, "the sun has jumped");
+    assert_eq!(steps(&evening, 8.0).0, first, "the sun has jumped");
     // Far away, and long after.
     let mut away = evening.clone();
     away.camera.position.x += 20_000.0;

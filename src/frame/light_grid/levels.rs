@@ -51,7 +51,8 @@ pub struct Levels {
     pub levels: Vec<GridLevel>,
     /// Directions of travel.
     pub directions: u32,
-    /// The level beyond which none reaches farther to the sides: there matter is only spread farther.
+    /// The level beyond which none reaches farther than by what coarser cells round up to: those are there to solve for the
+    /// light, and no light is looked up in them.
     pub widest: usize,
 }
 

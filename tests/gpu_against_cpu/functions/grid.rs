@@ -201,6 +201,7 @@ impl Field {
         let size = [12u32, 8, 10];
         let count = size.iter().product::<u32>();
         uniforms.levels = 3;
+        uniforms.widest = 2;
         uniforms.cells = 3 * count;
         for l in 0..3 {
             let side = 20.0 * 2f32.powi(l);

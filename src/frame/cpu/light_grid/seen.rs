@@ -80,7 +80,10 @@ impl FieldSeen {
     ) -> DVec3 {
         let (mut sum, mut left) = (DVec3::ZERO, 1.0);
         // Without a level there is no light.
-        let Some(last) = (self.uniforms.levels as usize).checked_sub(1) else { return sum };
+        if self.uniforms.levels == 0 {
+            return sum;
+        }
+        let last = self.uniforms.widest as usize;
         for l in 0..=last {
             let level = self.uniforms.level[l];
             let size = DVec3::new(level.size[0].into(), level.size[1].into(), level.size[2].into());
