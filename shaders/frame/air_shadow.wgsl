@@ -4,7 +4,7 @@
 // it is without clouds. Twin: src/frame/cpu/air_shadow.rs.
 //
 // Workgroup contract: one invocation owns one ray.
-#import cumuli::air_shadow_place::{BLOCK, ENTRIES, NODES, clouded_span, corners_of, node_distance}
+#import cumuli::air_shadow_place::{ENTRIES, NODES, clouded_span, corners_of, node_distance, ray_place}
 #import cumuli::atmosphere::{TABLE_SCALE, air_span, altitude_along, ground_reach, medium_at, to_rgb}
 #import cumuli::gpu_data::FrameUniforms
 #import cumuli::light_field::{light_grid, scattered_light}
@@ -85,13 +85,13 @@ fn on_ground(dir: vec3<f32>) -> vec2<f32> {
 
 @compute @workgroup_size(8, 8)
 fn air_shadow(@builtin(global_invocation_id) id: vec3<u32>) {
-    let corners = corners_of(frame.size);
+    let corners = corners_of(frame.size, frame.ray_block);
     if any(id.xy >= corners) {
         return;
     }
     // Not beyond the picture: there the shadow maps hold nothing.
-    let corner = min(id.xy * BLOCK, frame.size);
-    let ndc = vec2<f32>(corner) / vec2<f32>(frame.size) * 2.0 - 1.0;
+    let place = ray_place(id.xy, frame.size, frame.ray_block);
+    let ndc = place / vec2<f32>(frame.size) * 2.0 - 1.0;
     let dir = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
     var ray: AirRay;
     ray.altitude = sky.camera_altitude;

@@ -1,7 +1,7 @@
 //! What clouds change of the light of the air and of the ground: against its twin, against a fine march, and
 //! against the path tracer.
 
-use cumuli::frame::air_shadow::{BLOCK, ENTRIES, NODES, corners};
+use cumuli::frame::air_shadow::{ENTRIES, NODES, corners};
 use cumuli::frame::cpu::air_shadow::{
     CloudLight, NET, change_along, clouded_span, light_on_ground, node_distance,
 };
@@ -62,18 +62,18 @@ fn rays_are_those_of_the_twin() {
     let mut renderer = renderer(&scene, &settings(Preset::High));
     renderer.render(&scene, 0.0, SIZE).expect("a frame");
     let known = renderer.air_shadow().expect("what it knows");
-    let (uniforms, entries) = (known.maps, known.entries);
+    let (uniforms, entries, block) = (known.maps, known.entries, known.block);
     let maps = Maps { uniforms: &uniforms, texels: &known.texels };
     let field = renderer.field().expect("a field");
     let sky = Sky::new(&sky_inputs(&scene), AIR_STEPS);
     let sun_depth = &|point| maps.depth(point);
     let light = CloudLight { sun_depth, field: &field };
-    let [across, up] = corners(SIZE);
+    let [across, up] = corners(SIZE, block);
     assert_eq!(entries.len(), (across * up) as usize * ENTRIES);
     let (mut changed, mut grounds, mut worst) = (0, 0, 0.0_f64);
     for (i, found) in entries.chunks(ENTRIES).enumerate() {
         let corner = [i as u32 % across, i as u32 / across];
-        let corner = [0, 1].map(|axis| f64::from((corner[axis] * BLOCK).min(SIZE[axis])));
+        let corner = [0, 1].map(|axis| f64::from((corner[axis] * block).min(SIZE[axis])));
         let dir = direction(&scene.camera, SIZE, corner);
         let span = clouded_span(&uniforms, dir);
         let nodes: Vec<f64> = (0..=NODES).map(|n| node_distance(span, f64::from(n))).collect();
