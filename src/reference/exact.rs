@@ -184,9 +184,11 @@ impl<'a> Exact<'a> {
     ) -> ExactPixel {
         let change = self.air_change(dir);
         if self.has_air && clouds.transmittance < 1.0 {
-            let air = self.sky.air_between(dir, clouds.distance);
+            // A bin that the ground cuts counts whole for the distance; the air ends on the ground, here as in the frame.
+            let distance = clouds.distance.min(self.far(dir));
+            let air = self.sky.air_between(dir, distance);
             let opacity = 1.0 - clouds.transmittance;
-            let added = change.of(air.inscatter, clouds.distance);
+            let added = change.of(air.inscatter, distance);
             clouds.radiance = clouds.radiance * air.transmittance + opacity * added;
         }
         self.with_behind(dir, &clouds, None, (&change, ground_depth))

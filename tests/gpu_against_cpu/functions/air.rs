@@ -266,16 +266,35 @@ fn places_in_the_tables_of_the_air() {
         two(atmosphere::direction_of(DVec2::new(x, y), dip, VIEW))
     });
     let reaches = many(116, |r| {
-        let reach = if r.bits().is_multiple_of(4) { 1e30 } else { magnitude(r, 1e-3, 1e9) };
-        [magnitude(r, 1e-3, 1e9), reach, r.uniform() as f32]
+        let far = r.bits().is_multiple_of(4);
+        let reach = if far { 1e30 } else { magnitude(r, 1e-3, 1e9) };
+        let dense = if far { 2e25 } else { magnitude(r, 0.1, 1e4) };
+        [magnitude(r, 1e-3, 1e9), reach, dense, r.uniform() as f32]
     });
     Function::new(
-        "atmosphere::air_share, air_place, air_distance",
-        "#import cumuli::atmosphere::{air_share, air_place, air_distance}",
-        "vec4(air_share(x[0]), air_place(x[0], x[1]), air_distance(x[2], x[1]), 0.0)",
+        "atmosphere::air_place, air_distance",
+        "#import cumuli::atmosphere::{air_place, air_distance}",
+        "vec4(air_place(x[0], vec2(x[1], x[2])), air_distance(x[3], vec2(x[1], x[2])), 0.0, 0.0)",
     )
-    .agrees(&reaches, 16.0, |[distance, reach, w]| {
-        let share = distance / (distance + atmosphere::AIR_MIDDLE);
-        [share, atmosphere::air_place(distance, reach), atmosphere::air_distance(w, reach), 0.0]
+    .agrees(&reaches, 16.0, |[distance, reach, dense, w]| {
+        let spread = [reach, dense];
+        [atmosphere::air_place(distance, spread), atmosphere::air_distance(w, spread), 0.0, 0.0]
+    });
+    // From up to where the air ends; from beyond, what is left of the digits of the way to the ground. Rays along the
+    // horizon lose half of theirs.
+    let downwards = many(117, |r| {
+        let altitude = altitude(r).clamp(1.0, 1e5);
+        let dip = (f64::from(altitude) / PLANET_RADIUS).sqrt() * 1.5;
+        [altitude, r.between(-1.0, -dip.min(0.9)) as f32]
+    });
+    Function::new(
+        "atmosphere::air_spread",
+        "#import cumuli::atmosphere::air_spread",
+        "vec4(air_spread(x[0], x[1], 0.0, true), air_spread(x[0], x[1], 0.0, false))",
+    )
+    .agrees(&downwards, 32.0, |[altitude, mu]| {
+        let [reach, dense] = atmosphere::air_spread(altitude, mu, 0.0, true);
+        let [far, up] = atmosphere::air_spread(altitude, mu, 0.0, false);
+        [reach, dense, far, up]
     });
 }
