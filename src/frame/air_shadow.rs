@@ -111,3 +111,35 @@ impl AirShadowPass {
         pass.dispatch_workgroups(across, up, 1);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Half the width of a picture of this angle, degrees, at distance 1.
+    fn half_width(degrees: f64) -> f64 {
+        (0.5 * degrees).to_radians().tan()
+    }
+
+    #[test]
+    fn blocks_are_small_where_pixels_are_wide_and_few() {
+        // Pictures of the usual size and angle.
+        for size in [[640, 360], [1280, 720], [3840, 2160], [256, 144]] {
+            assert_eq!(ray_block(size, half_width(70.0)), BLOCK, "{size:?}");
+        }
+        assert_eq!(ray_block([16, 9], half_width(111.0)), 1);
+        assert_eq!(ray_block([64, 36], half_width(60.0)), 2);
+        // Large pictures stay as quick as they are, however wide.
+        assert_eq!(ray_block([1280, 720], half_width(179.0)), BLOCK);
+        for size in
+            [[1, 1], [16, 9], [64, 36], [65, 63], [128, 72], [300, 1], [8192, 1], [8192, 8192]]
+        {
+            for degrees in [1.0, 30.0, 90.0, 179.0] {
+                let block = ray_block(size, half_width(degrees));
+                let rays: u32 = corners(size, block).iter().product();
+                assert!(rays as usize <= most_rays(size), "{size:?} {degrees}");
+                assert!(block == BLOCK || rays <= MOST_RAYS, "{size:?} {degrees}");
+            }
+        }
+    }
+}

@@ -109,16 +109,21 @@ fn random_scenes_are_sound() {
 /// Scenes that were once wrong, by their seeds: drops of millimetres around the eye beside a box of kilometres; the eye
 /// in a noise shape, in a picture of 174 degrees; shapes of one pixel's radius; or called wrong, as the march that they
 /// are judged by knew depths that no texel of a shadow map has, met particles without matter, which no frame lists, and
-/// knew where between texels the shadow of a wisp ends on the ground.
+/// knew where between texels the shadow of a wisp ends on the ground. Then (seed 3000): the air before a low sun behind opaque
+/// clouds, between rays 55 degrees apart; the air before clouds seen from 62 km, with few distances near the ground; a ball whose light
+/// comes from a skin thinner than any step; noise of thousands of optical depths, with few steps towards the sun.
 #[test]
 fn scenes_that_were_wrong_are_sound() {
     let _turn = alone();
     let mut stress = Stress::new(&MEDIA).expect("a device and tables");
-    let seeds = [(601, 111), (600, 81), (603, 78), (903, 25), (903, 46), (1000, 6)];
-    let cases = seeds.map(|(seed, number)| random::case(seed, number, SIZE, None, stress.tables()));
+    let before = [(601, 111), (600, 81), (603, 78), (903, 25), (903, 46), (1000, 6)];
+    let seeds = before.into_iter().chain([901, 858, 925, 702].map(|number| (3000, number)));
+    let cases: Vec<_> = seeds
+        .map(|(seed, number)| random::case(seed, number, SIZE, None, stress.tables()))
+        .collect();
     let rows = run(&mut stress, &cases);
     assert_all_pass(&rows);
-    assert!(rows.iter().all(|r| r.composed.is_some_and(|d| d.pixels > 20)), "{rows:?}");
+    assert!(rows.iter().all(|r| r.composed.is_some_and(|d| d.pixels > 15)), "{rows:?}");
 }
 
 #[test]
