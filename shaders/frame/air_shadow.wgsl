@@ -4,11 +4,12 @@
 // it is without clouds. Twin: src/frame/cpu/air_shadow.rs.
 //
 // Workgroup contract: one invocation owns one ray.
-#import cumuli::air_shadow_place::{ENTRIES, NODES, clouded_span, corners_of, node_distance, ray_place}
+#import cumuli::air_shadow_place::{ENTRIES, NODES, clouded_span, node_distance}
 #import cumuli::atmosphere::{TABLE_SCALE, air_span, altitude_along, ground_reach, medium_at, to_rgb}
 #import cumuli::gpu_data::FrameUniforms
 #import cumuli::light_field::{light_grid, scattered_light}
 #import cumuli::light_grid_data::{DIRECTIONS, grid_direction, grid_phase}
+#import cumuli::ray_blocks::{corners_of, ray_place}
 #import cumuli::sky_march::{AirRay, mean_transmittance, phases_of, sky, sun_mu_along, sunlight}
 #import cumuli::sun_depth::sun_depth
 

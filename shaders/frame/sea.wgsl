@@ -6,9 +6,9 @@
 // places once. Without clouds the grid is one empty cell out of the way. Twin of what has none: src/frame/cpu/sea.rs.
 //
 // Workgroup contract: one invocation owns one ray; `smooth_clouds` reads what `sea` wrote and is a dispatch of its own.
-#import cumuli::air_shadow_place::{corners_of, ray_place}
 #import cumuli::atmosphere::{PI, TABLE_SCALE, VIEW_SIZE, direction_place, ground_reach, sea_place, to_rgb}
 #import cumuli::gpu_data::FrameUniforms
+#import cumuli::ray_blocks::{corners_of, ray_place}
 #import cumuli::sea::{mirrored, surface_normal}
 #import cumuli::sky::{is_uniform, sky}
 #import cumuli::light_field::{grid_cells, ground_shares, halo_factor, halo_row, last_level, level_of, light_grid, scattered_light}

@@ -3,7 +3,8 @@
 // Twin: src/frame/cpu/air_shadow.rs.
 #define_import_path cumuli::air_shadow
 
-#import cumuli::air_shadow_place::{ENTRIES, NODES, clouded_span, corners_of, node_at, share_of_rays}
+#import cumuli::air_shadow_place::{ENTRIES, NODES, clouded_span, node_at}
+#import cumuli::ray_blocks::{corners_of, share_of_rays}
 
 @group(0) @binding(22) var<storage, read> changed_light: array<vec2<u32>>; // ray after ray, entry after entry
 

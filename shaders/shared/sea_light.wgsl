@@ -3,8 +3,8 @@
 // group 2. Twin: src/frame/cpu/sea.rs.
 #define_import_path cumuli::sea_light
 
-#import cumuli::air_shadow_place::{corners_of, share_of_rays}
 #import cumuli::atmosphere::{GROUND_SIZE, PI, PLANET_RADIUS, TABLE_SCALE, sea_place, sun_place, texel_centre}
+#import cumuli::ray_blocks::{corners_of, share_of_rays}
 #import cumuli::sea::{glitter, surface_normal}
 #import cumuli::sky::{filtering, ground, is_uniform, light_at, sky}
 
