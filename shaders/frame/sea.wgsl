@@ -69,7 +69,7 @@ fn sky_from_sea(dir: vec3<f32>, normal: vec3<f32>, up: f32) -> vec3<f32> {
     let level = dir - up * normal;
     let sun = sky.sun.xyz - dot(sky.sun.xyz, normal) * normal;
     let azimuth = dot(level, sun) / max(length(level) * length(sun), LEAST_LEVEL * LEAST_LEVEL);
-    let place = direction_place(clamp(azimuth, -1.0, 1.0), asin(saturate(up)), 0.0, VIEW_SIZE);
+    let place = direction_place(clamp(azimuth, -1.0, 1.0), asin(saturate(up)), vec2(0.5 * PI), VIEW_SIZE);
     // Between four texels by hand: textures of a pass's own group have no filter.
     let texel = clamp(place * VIEW_SIZE - 0.5, vec2(0.0), VIEW_SIZE - 1.001);
     let low = vec2<u32>(texel);

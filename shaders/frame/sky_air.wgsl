@@ -26,7 +26,7 @@ const THIN: f32 = 1e-3;
 
 @compute @workgroup_size(8, 8)
 fn sky_air(@builtin(global_invocation_id) id: vec3<u32>) {
-    let direction = direction_of(vec2<f32>(id.xy), sky.horizon_dip, AIR_SIZE.xy);
+    let direction = direction_of(vec2<f32>(id.xy), sky.disc.zw, AIR_SIZE.xy);
     let elevation = direction.y - sky.horizon_dip;
     var ray: AirRay;
     ray.altitude = sky.camera_altitude;

@@ -19,7 +19,7 @@ struct SkyUniforms {
     ground_albedo: vec4<f32>,      // at the four wavelengths
     ground_colour: vec4<f32>,      // rgb: the same albedo; w: 1 where there is a ground under a uniform sky
     sun: vec4<f32>,                // xyz: towards the sun; w: irradiance
-    disc: vec4<f32>,               // x: angular radius, rad; y: radiance of the middle per irradiance
+    disc: vec4<f32>,               // x: angular radius, rad; y: radiance of the middle per irradiance; z, w: rad, angles from the horizon straight down, and up to where there is air
     camera_altitude: f32,          // m, never below 0
     horizon_dip: f32,              // rad, from the horizontal down to the horizon
     uniform_radiance: f32,         // of a uniform sky
@@ -206,12 +206,13 @@ const AIR_SIZE: vec3<f32> = vec3(32.0, 96.0, 40.0); // azimuth, elevation, dista
 
 // Directions around the camera: x = sin of half the azimuth from the sun, dense around the sun and
 // even at both ends; y = elevation in two halves that meet at the horizon without mixing, each
-// dense there (Hillaire 2020). Coordinates of a texture with `rows` rows of elevations.
-fn direction_place(azimuth_cosine: f32, above_horizon: f32, dip: f32, size: vec2<f32>) -> vec2<f32> {
+// dense there (Hillaire 2020), up to the angles from the horizon straight down and to where the air ends: seen from
+// outside it is a thin rim. Coordinates of a texture with `rows` rows of elevations.
+fn direction_place(azimuth_cosine: f32, above_horizon: f32, spans: vec2<f32>, size: vec2<f32>) -> vec2<f32> {
     let x = sqrt(saturate(0.5 - 0.5 * azimuth_cosine));
     let half_rows = 0.5 * size.y;
     let up = above_horizon >= 0.0;
-    let most = 0.5 * PI + select(-dip, dip, up);
+    let most = select(spans.x, spans.y, up);
     let y = sqrt(saturate(abs(above_horizon) / most)) * (half_rows - 1.0);
     let row = select(half_rows - 1.0 - y, half_rows + y, up);
     return vec2(texel_centre(x, size.x), (row + 0.5) / size.y);
@@ -219,12 +220,12 @@ fn direction_place(azimuth_cosine: f32, above_horizon: f32, dip: f32, size: vec2
 
 // Azimuth's cosine and elevation over the horizon of a texel. Rows below `size.y / 2` look below
 // the horizon, whatever the sign of their elevation (the horizon itself is in both halves).
-fn direction_of(texel: vec2<f32>, dip: f32, size: vec2<f32>) -> vec2<f32> {
+fn direction_of(texel: vec2<f32>, spans: vec2<f32>, size: vec2<f32>) -> vec2<f32> {
     let x = texel.x / (size.x - 1.0);
     let half_rows = 0.5 * size.y;
     let up = texel.y >= half_rows;
     let y = select(half_rows - 1.0 - texel.y, texel.y - half_rows, up) / (half_rows - 1.0);
-    let most = 0.5 * PI + select(-dip, dip, up);
+    let most = select(spans.x, spans.y, up);
     return vec2(1.0 - 2.0 * x * x, select(-1.0, 1.0, up) * y * y * most);
 }
 

@@ -46,7 +46,7 @@ fn sky_radiance(dir: vec3<f32>) -> vec3<f32> {
         return vec3(sky.uniform_radiance);
     }
     let direction = sky_direction(dir);
-    let place = direction_place(direction.x, direction.y, sky.horizon_dip, VIEW_SIZE);
+    let place = direction_place(direction.x, direction.y, sky.disc.zw, VIEW_SIZE);
     return textureSampleLevel(view, filtering, place, 0.0).rgb * (sky.sun.w / TABLE_SCALE);
 }
 
@@ -71,7 +71,7 @@ fn sun_disc_radiance(dir: vec3<f32>) -> vec3<f32> {
         return vec3(0.0);
     }
     // The air up to infinity.
-    let place = direction_place(direction.x, direction.y, sky.horizon_dip, AIR_SIZE.xy);
+    let place = direction_place(direction.x, direction.y, sky.disc.zw, AIR_SIZE.xy);
     let depth = textureSampleLevel(air_depths, filtering, vec2(place.y, texel_centre(1.0, AIR_SIZE.z)), 0.0).rgb;
     return radiance * exp(-depth);
 }
@@ -129,7 +129,7 @@ fn air_between(dir: vec3<f32>, distance: f32) -> Air {
         return air;
     }
     let direction = sky_direction(dir);
-    let place = direction_place(direction.x, direction.y, sky.horizon_dip, AIR_SIZE.xy);
+    let place = direction_place(direction.x, direction.y, sky.disc.zw, AIR_SIZE.xy);
     // Distances count from where the air begins.
     var before = 0.0;
     if (dir.y < NOWHERE) & (sky.camera_altitude > TOP_ALTITUDE) {

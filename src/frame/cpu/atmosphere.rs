@@ -164,24 +164,43 @@ pub fn texel_centre(x: f64, n: f64) -> f64 {
     (x.clamp(0.0, 1.0) * (n - 1.0) + 0.5) / n
 }
 
+/// Angles from the horizon straight down and up to where there is air, seen from an altitude (m): from above the air no more
+/// than its rim, rad.
+pub fn sky_spans(altitude: f64) -> [f64; 2] {
+    let dip = horizon_squared(altitude).sqrt().atan2(PLANET_RADIUS);
+    let over = (altitude - TOP_ALTITUDE) * (2.0 * PLANET_RADIUS + TOP_ALTITUDE + altitude);
+    let up = if over > 0.0 {
+        // Between two tangents, from the difference of their lengths' angles.
+        dip - over.sqrt().atan2(PLANET_RADIUS + TOP_ALTITUDE)
+    } else {
+        FRAC_PI_2 + dip
+    };
+    [FRAC_PI_2 - dip, up]
+}
+
 /// Texture coordinates of a direction: cosine of the azimuth from the sun, angle over the horizon.
-pub fn direction_place(azimuth_cosine: f64, above_horizon: f64, dip: f64, size: DVec2) -> DVec2 {
+pub fn direction_place(
+    azimuth_cosine: f64,
+    above_horizon: f64,
+    spans: [f64; 2],
+    size: DVec2,
+) -> DVec2 {
     let x = (0.5 - 0.5 * azimuth_cosine).clamp(0.0, 1.0).sqrt();
     let half_rows = 0.5 * size.y;
     let up = above_horizon >= 0.0;
-    let most = FRAC_PI_2 + if up { dip } else { -dip };
+    let most = spans[usize::from(up)];
     let y = (above_horizon.abs() / most).clamp(0.0, 1.0).sqrt() * (half_rows - 1.0);
     let row = if up { half_rows + y } else { half_rows - 1.0 - y };
     DVec2::new(texel_centre(x, size.x), (row + 0.5) / size.y)
 }
 
 /// The inverse, for a texel.
-pub fn direction_of(texel: DVec2, dip: f64, size: DVec2) -> DVec2 {
+pub fn direction_of(texel: DVec2, spans: [f64; 2], size: DVec2) -> DVec2 {
     let x = texel.x / (size.x - 1.0);
     let half_rows = 0.5 * size.y;
     let up = texel.y >= half_rows;
     let y = if up { texel.y - half_rows } else { half_rows - 1.0 - texel.y } / (half_rows - 1.0);
-    let above = if up { y * y * (FRAC_PI_2 + dip) } else { -y * y * (FRAC_PI_2 - dip) };
+    let above = if up { y * y * spans[1] } else { -y * y * spans[0] };
     DVec2::new(1.0 - 2.0 * x * x, above)
 }
 
@@ -271,10 +290,11 @@ mod tests {
             for column in 0..7 {
                 for row in 0..12 {
                     let texel = DVec2::new(f64::from(column), f64::from(row));
-                    let direction = direction_of(texel, dip, size);
+                    let spans = [FRAC_PI_2 - dip, FRAC_PI_2 + dip];
+                    let direction = direction_of(texel, spans, size);
                     // The horizon's row of the lower half: its elevation is the upper one's.
                     let above = if row == 5 { -1e-30 } else { direction.y };
-                    let place = direction_place(direction.x, above, dip, size) * size - 0.5;
+                    let place = direction_place(direction.x, above, spans, size) * size - 0.5;
                     // sqrt(1 - cos) has half of the digits near the sun.
                     assert!((place - texel).length() < 1e-6, "{texel} {place} dip {dip}");
                 }

@@ -1,5 +1,7 @@
 //! `atmosphere.wgsl`, and what `sky_march.wgsl` computes without tables.
 
+use std::f64::consts::FRAC_PI_2;
+
 use cumuli::frame::cpu::atmosphere;
 use cumuli::frame::cpu::sky_march::{AirRay, sun_mu_along};
 use cumuli::frame::sky::gpu_data::{PLANET_RADIUS, SkyUniforms};
@@ -250,20 +252,20 @@ fn places_in_the_tables_of_the_air() {
     Function::new(
         "atmosphere::direction_place",
         "#import cumuli::atmosphere::{VIEW_SIZE, direction_place}",
-        "vec4(direction_place(x[0], x[1], x[2], VIEW_SIZE), 0.0, 0.0)",
+        "vec4(direction_place(x[0], x[1], vec2(1.5707964 - x[2], 1.5707964 + x[2]), VIEW_SIZE), 0.0, 0.0)",
     )
     .agrees(&directions, 16.0, |[azimuth, above, dip]| {
-        two(atmosphere::direction_place(azimuth, above, dip, VIEW))
+        two(atmosphere::direction_place(azimuth, above, [FRAC_PI_2 - dip, FRAC_PI_2 + dip], VIEW))
     });
     let texels =
         many(115, |r| [(r.bits() % 64) as f32, (r.bits() % 192) as f32, magnitude(r, 1e-4, 1.5)]);
     Function::new(
         "atmosphere::direction_of",
         "#import cumuli::atmosphere::{VIEW_SIZE, direction_of}",
-        "vec4(direction_of(vec2(x[0], x[1]), x[2], VIEW_SIZE), 0.0, 0.0)",
+        "vec4(direction_of(vec2(x[0], x[1]), vec2(1.5707964 - x[2], 1.5707964 + x[2]), VIEW_SIZE), 0.0, 0.0)",
     )
     .agrees(&texels, 16.0, |[x, y, dip]| {
-        two(atmosphere::direction_of(DVec2::new(x, y), dip, VIEW))
+        two(atmosphere::direction_of(DVec2::new(x, y), [FRAC_PI_2 - dip, FRAC_PI_2 + dip], VIEW))
     });
     let reaches = many(116, |r| {
         let far = r.bits().is_multiple_of(4);

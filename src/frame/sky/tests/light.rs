@@ -2,7 +2,7 @@
 //! hold exactly.
 
 use super::*;
-use crate::frame::cpu::atmosphere::distance_to_ground;
+use crate::frame::cpu::atmosphere::{distance_to_ground, sky_spans};
 use crate::frame::cpu::sky::Sky;
 
 /// Steps of the reference's rays; ten times as many change it by less than 1e-3.
@@ -10,6 +10,9 @@ const FINE: u32 = 400;
 
 /// Altitude from which on only what lies below the horizon is compared, and elevations count from there, m.
 const HIGH: f64 = 1.5e4;
+
+/// Of the radiance straight down, what is dark seen from there.
+const NIGHT: f64 = 0.05;
 
 const ELEVATIONS: [f64; 9] = [-60.0, -10.0, -2.5, -0.5, 0.05, 1.5, 4.1, 21.0, 80.0];
 const AZIMUTHS: [f64; 5] = [0.5, 20.0, 50.0, 90.0, 170.0];
@@ -33,14 +36,16 @@ fn errors(bench: &mut Bench, asked: &SkyInputs) -> (f64, f64, f64) {
     let sky = Sky::new(asked, FINE);
     let (mut of_sky, mut of_transmittance, mut of_inscatter) = (0.0f64, 0.0f64, 0.0f64);
     let is_high = asked.camera_altitude > HIGH;
+    // The night side is as dark as it may be.
+    let dark = if is_high { NIGHT * sky.sky_radiance(DVec3::NEG_Y).max_element() } else { 0.0 };
     let dip = if is_high { sky.horizon_dip().to_degrees() } else { 0.0 };
     for dir in directions_over(dip) {
-        // The air over the horizon is then a thin rim, which has few rows of the tables.
+        // The air over the horizon is a thin rim then: below.
         if is_high && sky.ground_distance(dir) < 0.0 {
             continue;
         }
         let truth = sky.sky_radiance(dir);
-        let bright = truth.max_element();
+        let bright = truth.max_element().max(dark);
         let ground = sky.ground_distance(dir);
         // Far from an eye that looks down from on high, most of the air lies shortly before the ground.
         let lower = [0.6, 0.8, 0.9, 0.96, 0.99].map(|share| share * ground.max(0.0));
@@ -76,7 +81,7 @@ fn sky_and_air_agree_with_fine_rays() {
         (30.0, 62_000.0, [0.015, 0.015, 0.01]),
         (30.0, 120_000.0, [0.035, 0.015, 0.01]),
         (30.0, 4e5, [0.05, 0.01, 0.01]),
-        (30.0, 3.6e7, [0.01, 0.01, 0.01]),
+        (30.0, 3.6e7, [0.02, 0.01, 0.01]),
         (4.0, 2000.0, [0.01, 0.01, 0.015]),
         (0.0, 10_000.0, [0.015, 0.015, 0.03]),
         (-5.0, 2000.0, [0.015, 0.01, 0.05]),
@@ -89,6 +94,35 @@ fn sky_and_air_agree_with_fine_rays() {
             "sun {sun}, {altitude} m: transmittance {transmittance}"
         );
         assert!(inscatter < limits[2], "sun {sun}, {altitude} m: inscatter {inscatter}");
+    }
+}
+
+/// The air over the horizon, seen from outside: a rim of some degrees, and of an eighth of one from where satellites stand still.
+#[test]
+fn the_planet_has_its_rim() {
+    let mut bench = Bench::new();
+    for altitude in [1.2e5, 4e5, 3.6e7] {
+        let asked = inputs(30.0, altitude);
+        bench.make(&asked);
+        let sky = Sky::new(&asked, FINE);
+        let [_, rim] = sky_spans(altitude);
+        let dip = sky.horizon_dip().to_degrees();
+        let at = |share: f64, azimuth: f64| {
+            let over = (share * rim).to_degrees();
+            direction(over - dip, azimuth).as_vec3().as_dvec3()
+        };
+        let mut worst = 0.0f64;
+        for azimuth in AZIMUTHS {
+            let brightest = sky.sky_radiance(at(0.02, azimuth)).max_element();
+            for share in [0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.1, 2.0] {
+                let dir = at(share, azimuth);
+                let got = Vec3::from_array(bench.ask(&[query(dir, 1.0, 0.0)])[0].sky).as_dvec3();
+                let off = (got - sky.sky_radiance(dir)).abs().max_element() / brightest;
+                worst = worst.max(off);
+            }
+        }
+        println!("{altitude} m: {worst:.4}");
+        assert!(worst < 0.02, "{altitude} m: {worst}");
     }
 }
 
