@@ -7,10 +7,12 @@ mod rules;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use cumuli::frame::Preset;
+use cumuli::scene::Ground;
 use cumuli::stress::beyond::beyond;
 use cumuli::stress::corners::corners;
 use cumuli::stress::large::row;
 use cumuli::stress::{Case, MEDIA, Row, Stress, Way, random};
+use glam::DVec3;
 
 /// Two tiles across and up, so that borders of tiles are in it.
 const SIZE: [u32; 2] = [16, 9];
@@ -146,6 +148,31 @@ fn a_frame_that_is_wrong_fails() {
     bright.radiance[0][0] = f32::NAN;
     assert!(energy.largest(&case.scene, &bright).is_nan());
     assert_eq!(size, SIZE);
+}
+
+/// The bound of a sea says something where its mirror shows no place near the sun: the forward peak of droplets, which it would be
+/// else, is thousands per steradian.
+#[test]
+fn the_bound_of_a_sea_under_clouds_is_no_peak() {
+    let _turn = alone();
+    let mut stress = Stress::new(&[]).expect("a device and tables");
+    let mut cases = corners(SIZE, Preset::Low);
+    cases.retain(|case| case.name == "a sea under a field");
+    let case = &mut cases[0];
+    // The sun behind an eye that looks down: the mirror shows what lies ahead.
+    case.scene.sun.direction = DVec3::new(0.0, 0.5, 1.0).normalize();
+    case.scene.ground = Some(Ground::sea(1.0, DVec3::splat(0.05)));
+    let made = stress.made(case).expect("made");
+    let energy = cumuli::stress::Energy::new(&case.scene, made);
+    let irradiance = case.scene.sun.irradiance;
+    let down = |up: f64| DVec3::new(0.1, up, -1.0).normalize();
+    for up in [-0.2, -0.5, -1.0] {
+        let bound = energy.bound(down(up)) / irradiance;
+        assert!(bound < 2.0, "{up}: {bound}");
+    }
+    // Into the glitter it is a wide one.
+    let towards = DVec3::new(0.0, -0.5, 1.0).normalize();
+    assert!(energy.bound(towards) / irradiance > 3.0);
 }
 
 /// Turns of loops that a pixel in preset low takes for each particle of the row: 375 blocks of 8 bins, in each of
