@@ -230,6 +230,7 @@ mod tests {
             (3000, 702),
             (3000, 858),
             (3000, 925),
+            (4000, 3),
         ];
         let flooded: Vec<_> = named.into_iter().filter(|(s, n)| scene(*s, *n).is_sea()).collect();
         assert!(flooded.is_empty(), "{flooded:?}");

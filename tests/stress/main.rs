@@ -114,12 +114,16 @@ fn random_scenes_are_sound() {
 /// knew where between texels the shadow of a wisp ends on the ground. Then (seed 3000): the air before a low sun behind opaque
 /// clouds, between rays 55 degrees apart; the air before clouds seen from 62 km, with few distances near the ground; a ball whose light
 /// comes from a skin thinner than any step; noise of thousands of optical depths, with few steps towards the sun.
+/// And the rim of the planet from 40,000 km, with few rows of the sky's table.
 #[test]
 fn scenes_that_were_wrong_are_sound() {
     let _turn = alone();
     let mut stress = Stress::new(&MEDIA).expect("a device and tables");
     let before = [(601, 111), (600, 81), (603, 78), (903, 25), (903, 46), (1000, 6)];
-    let seeds = before.into_iter().chain([901, 858, 925, 702].map(|number| (3000, number)));
+    let seeds = before
+        .into_iter()
+        .chain([901, 858, 925, 702].map(|number| (3000, number)))
+        .chain([(4000, 3)]);
     let cases: Vec<_> = seeds
         .map(|(seed, number)| random::case(seed, number, SIZE, None, stress.tables()))
         .collect();
