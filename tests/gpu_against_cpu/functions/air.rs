@@ -1,6 +1,6 @@
 //! `atmosphere.wgsl`, and what `sky_march.wgsl` computes without tables.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f32::consts::FRAC_PI_2;
 
 use cumuli::frame::cpu::atmosphere;
 use cumuli::frame::cpu::sky_march::{AirRay, sun_mu_along};
@@ -244,28 +244,37 @@ fn places_in_the_tables_of_the_air() {
             atmosphere::altitude_at_place(y),
         ]
     });
-    let directions = many(114, |r| {
+    // Half of them from within the air, half from outside, where its rim is thin.
+    let spans = |r: &mut Random| {
         let dip = magnitude(r, 1e-4, 1.5);
-        let above = r.between(f64::from(dip) - 1.57, f64::from(dip) + 1.57) as f32;
-        [cosine(r), above, dip]
+        let from_outside = r.bits().is_multiple_of(2);
+        let up = if from_outside { magnitude(r, 1e-6, 1.0) } else { FRAC_PI_2 + dip };
+        [FRAC_PI_2 - dip, up]
+    };
+    let directions = many(114, |r| {
+        let [below, up] = spans(r);
+        let above = r.between(-1.05 * f64::from(below), 1.05 * f64::from(up)) as f32;
+        [cosine(r), above, below, up]
     });
     Function::new(
         "atmosphere::direction_place",
         "#import cumuli::atmosphere::{VIEW_SIZE, direction_place}",
-        "vec4(direction_place(x[0], x[1], vec2(1.5707964 - x[2], 1.5707964 + x[2]), VIEW_SIZE), 0.0, 0.0)",
+        "vec4(direction_place(x[0], x[1], vec2(x[2], x[3]), VIEW_SIZE), 0.0, 0.0)",
     )
-    .agrees(&directions, 16.0, |[azimuth, above, dip]| {
-        two(atmosphere::direction_place(azimuth, above, [FRAC_PI_2 - dip, FRAC_PI_2 + dip], VIEW))
+    .agrees(&directions, 16.0, |[azimuth, above, below, up]| {
+        two(atmosphere::direction_place(azimuth, above, [below, up], VIEW))
     });
-    let texels =
-        many(115, |r| [(r.bits() % 64) as f32, (r.bits() % 192) as f32, magnitude(r, 1e-4, 1.5)]);
+    let texels = many(115, |r| {
+        let [below, up] = spans(r);
+        [(r.bits() % 64) as f32, (r.bits() % 192) as f32, below, up]
+    });
     Function::new(
         "atmosphere::direction_of",
         "#import cumuli::atmosphere::{VIEW_SIZE, direction_of}",
-        "vec4(direction_of(vec2(x[0], x[1]), vec2(1.5707964 - x[2], 1.5707964 + x[2]), VIEW_SIZE), 0.0, 0.0)",
+        "vec4(direction_of(vec2(x[0], x[1]), vec2(x[2], x[3]), VIEW_SIZE), 0.0, 0.0)",
     )
-    .agrees(&texels, 16.0, |[x, y, dip]| {
-        two(atmosphere::direction_of(DVec2::new(x, y), [FRAC_PI_2 - dip, FRAC_PI_2 + dip], VIEW))
+    .agrees(&texels, 16.0, |[x, y, below, up]| {
+        two(atmosphere::direction_of(DVec2::new(x, y), [below, up], VIEW))
     });
     let reaches = many(116, |r| {
         let far = r.bits().is_multiple_of(4);
