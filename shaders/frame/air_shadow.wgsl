@@ -4,12 +4,13 @@
 // it is without clouds. Twin: src/frame/cpu/air_shadow.rs.
 //
 // Workgroup contract: one invocation owns one ray.
-#import cumuli::air_shadow_place::{BLOCK, ENTRIES, NODES, clouded_span, corners_of, node_distance}
+#import cumuli::air_shadow_place::{ENTRIES, NODES, clouded_span, node_distance}
 #import cumuli::atmosphere::{TABLE_SCALE, air_span, altitude_along, ground_reach, medium_at, to_rgb}
 #import cumuli::gpu_data::FrameUniforms
 #import cumuli::light_field::{light_grid, scattered_light}
 #import cumuli::light_grid_data::{grid_direction, grid_phase}
 #import cumuli::numerics::unfolded
+#import cumuli::ray_blocks::{corners_of, ray_place}
 #import cumuli::sky_march::{AirRay, mean_transmittance, phases_of, sky, sun_mu_along, sunlight}
 #import cumuli::sun_depth::sun_depth
 
@@ -68,9 +69,8 @@ fn share_from_above(view: vec3<f32>) -> f32 {
     for (var d = 0u; d < directions; d++) {
         let axis = light_grid.axis[d >> 1u];
         let travel = grid_direction(axis, d);
-        if travel.y < 0.0 {
-            sum += axis.w * grid_phase(vec2(light_grid.moment_first, light_grid.moment_second), -dot(travel, view));
-        }
+        let phase = grid_phase(vec2(light_grid.moment_first, light_grid.moment_second), -dot(travel, view));
+        sum += select(0.0, axis.w * phase, travel.y < 0.0);
     }
     return sum;
 }
@@ -90,13 +90,13 @@ fn on_ground(dir: vec3<f32>) -> vec2<f32> {
 
 @compute @workgroup_size(8, 8)
 fn air_shadow(@builtin(global_invocation_id) id: vec3<u32>) {
-    let corners = corners_of(frame.size);
+    let corners = corners_of(frame.size, frame.ray_block);
     if any(id.xy >= corners) {
         return;
     }
     // Not beyond the picture: there the shadow maps hold nothing.
-    let corner = min(id.xy * BLOCK, frame.size);
-    let ndc = vec2<f32>(corner) / vec2<f32>(frame.size) * 2.0 - 1.0;
+    let place = ray_place(id.xy, frame.size, frame.ray_block);
+    let ndc = place / vec2<f32>(frame.size) * 2.0 - 1.0;
     let dir = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
     var ray: AirRay;
     ray.altitude = sky.camera_altitude;

@@ -79,11 +79,9 @@ fn fall(@builtin(global_invocation_id) id: vec3<u32>) {
         let axis = d >> 1u;
         let direction = grid_direction(grid.axis[axis], d);
         let down = grid.axis[axis].w * max(-direction.y, 0.0);
-        if down > 0.0 {
-            sum += down * unpack_light(lights[d * grid.kept_room + at]);
-            all += down;
-            bare += down * light_under_sky(direction, grid.sky[axis >> 2u][axis & 3u]).y;
-        }
+        sum += down * unpack_light(lights[d * grid.kept_room + at]);
+        all += down;
+        bare += down * light_under_sky(direction, grid.sky[axis >> 2u][axis & 3u]).y;
     }
     // From the cell's mean to what leaves it.
     var extinction = 0.0;

@@ -37,7 +37,7 @@ fn clouded(light: vec3<f32>, pixel: vec2<u32>, dir: vec3<f32>, distance: f32) ->
     if unfolded(frame.has_air_shadow, pixel.x == NO_PIXEL) == 0u {
         return light;
     }
-    let change = change_before(pixel, frame.size, dir, distance) * (sky.sun.w / TABLE_SCALE);
+    let change = change_before(pixel, frame.size, frame.ray_block, dir, distance) * (sky.sun.w / TABLE_SCALE);
     return max(light + change, vec3(0.0));
 }
 
@@ -47,7 +47,7 @@ fn ground_light(pixel: vec2<u32>, point: vec3<f32>) -> vec3<f32> {
     if unfolded(frame.has_air_shadow, pixel.x == NO_PIXEL) == 0u {
         return vec3(beam, 0.0, 1.0);
     }
-    return vec3(beam, light_on_ground(pixel, frame.size));
+    return vec3(beam, light_on_ground(pixel, frame.size, frame.ray_block));
 }
 
 @compute @workgroup_size(8, 8)
@@ -84,7 +84,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
             let shaded = textureLoad(opaque_radiance, min(id.xy, textureDimensions(opaque_radiance) - 1u), 0).rgb;
             let sunlit = textureLoad(opaque_sunlit, min(id.xy, textureDimensions(opaque_sunlit) - 1u), 0).rgb;
 #ifdef SEA
-            let bare = sea_radiance(dir, end, light, reflected_in(id.xy, frame.size));
+            let bare = sea_radiance(dir, end, light, reflected_in(id.xy, frame.size, frame.ray_block));
 #else
             let bare = ground_radiance(dir, end, light);
 #endif

@@ -8,6 +8,7 @@
 // Workgroup contract: one invocation owns one ray; `smooth_clouds` reads what `sea` wrote and is a dispatch of its own.
 #import cumuli::atmosphere::{PI, TABLE_SCALE, VIEW_SIZE, direction_place, ground_reach, sea_place, to_rgb}
 #import cumuli::gpu_data::FrameUniforms
+#import cumuli::ray_blocks::{corners_of, ray_place}
 #import cumuli::sea::{mirrored, surface_normal}
 #import cumuli::sky::{is_uniform, sky}
 #import cumuli::light_field::{grid_cells, ground_shares, halo_factor, halo_row, last_lit, level_of, light_grid, scattered_light}
@@ -30,7 +31,6 @@ struct SeaUniforms {
     facets: array<vec4<f32>, 64>,
 }
 
-const BLOCK: u32 = 8u;  // pixels a side
 const ALONG: u32 = 4u;
 const ACROSS: u32 = 3u;
 // Hermite's nodes and weights, over the root mean square slope.
@@ -69,7 +69,7 @@ fn sky_from_sea(dir: vec3<f32>, normal: vec3<f32>, up: f32) -> vec3<f32> {
     let level = dir - up * normal;
     let sun = sky.sun.xyz - dot(sky.sun.xyz, normal) * normal;
     let azimuth = dot(level, sun) / max(length(level) * length(sun), LEAST_LEVEL * LEAST_LEVEL);
-    let place = direction_place(clamp(azimuth, -1.0, 1.0), asin(saturate(up)), 0.0, VIEW_SIZE);
+    let place = direction_place(clamp(azimuth, -1.0, 1.0), asin(saturate(up)), vec2(0.5 * PI), VIEW_SIZE);
     // Between four texels by hand: textures of a pass's own group have no filter.
     let texel = clamp(place * VIEW_SIZE - 0.5, vec2(0.0), VIEW_SIZE - 1.001);
     let low = vec2<u32>(texel);
@@ -164,15 +164,15 @@ fn cell_of_slope(slopes: vec4<f32>, k: u32) -> vec2<f32> {
 
 @compute @workgroup_size(8, 8)
 fn sea(@builtin(global_invocation_id) id: vec3<u32>) {
-    let corners = (frame.size + BLOCK - 1u) / BLOCK + 1u;
+    let corners = corners_of(frame.size, frame.ray_block);
     if any(id.xy >= corners) {
         return;
     }
-    let ndc = vec2<f32>(min(id.xy * BLOCK, frame.size)) / vec2<f32>(frame.size) * 2.0 - 1.0;
+    let ndc = ray_place(id.xy, frame.size, frame.ray_block) / vec2<f32>(frame.size) * 2.0 - 1.0;
     let dir = normalize(frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz);
     let lowest = -sin(min(sky.horizon_dip + BELOW_HORIZON, 0.5 * PI));
     // Rays that no pixel of the sea has to do with: those next to it, and their squares, stand for the horizon.
-    let beside = f32((SQUARE / 2u + 1u) * BLOCK) * 2.0 / vec2<f32>(frame.size);
+    let beside = f32((SQUARE / 2u + 1u) * frame.ray_block) * 2.0 / vec2<f32>(frame.size);
     let raw = frame.forward.xyz + ndc.x * frame.right.xyz - ndc.y * frame.up.xyz;
     let least_up = raw.y - beside.x * abs(frame.right.y) - beside.y * abs(frame.up.y);
     // No ray is shorter than the view axis, before it has unit length.
@@ -231,7 +231,7 @@ fn sea(@builtin(global_invocation_id) id: vec3<u32>) {
 // Adds what clouds change: the mean of the square of rays around each.
 @compute @workgroup_size(8, 8)
 fn smooth_clouds(@builtin(global_invocation_id) id: vec3<u32>) {
-    let corners = (frame.size + BLOCK - 1u) / BLOCK + 1u;
+    let corners = corners_of(frame.size, frame.ray_block);
     if any(id.xy >= corners) {
         return;
     }

@@ -6,7 +6,7 @@
 //
 // Workgroup contract: one invocation owns one column of directions, all distances; the first
 // azimuth of each elevation also writes the optical depths.
-#import cumuli::atmosphere::{AIR_MIDDLE, AIR_SIZE, INFINITELY_FAR, TABLE_SCALE, air_distance, air_share, air_span, altitude_along, direction_of, ground_reach, medium_at, to_rgb}
+#import cumuli::atmosphere::{AIR_SIZE, TABLE_SCALE, air_distance, air_span, air_spread, altitude_along, direction_of, ground_reach, medium_at, to_rgb}
 #import cumuli::sky_march::{AirRay, Gathered, gather, phases_of, scattered_light, sky, sun_mu_along, sunlight}
 
 @group(0) @binding(0) var sources: texture_storage_3d<rgba16float, write>;
@@ -26,7 +26,7 @@ const THIN: f32 = 1e-3;
 
 @compute @workgroup_size(8, 8)
 fn sky_air(@builtin(global_invocation_id) id: vec3<u32>) {
-    let direction = direction_of(vec2<f32>(id.xy), sky.horizon_dip, AIR_SIZE.xy);
+    let direction = direction_of(vec2<f32>(id.xy), sky.disc.zw, AIR_SIZE.xy);
     let elevation = direction.y - sky.horizon_dip;
     var ray: AirRay;
     ray.altitude = sky.camera_altitude;
@@ -36,7 +36,7 @@ fn sky_air(@builtin(global_invocation_id) id: vec3<u32>) {
     let span = air_span(ray.altitude, ray.mu);
     let below = f32(id.y) < 0.5 * AIR_SIZE.y;
     let leave = select(span.y, ground_reach(ray.altitude, ray.mu), below);
-    let reach = select(INFINITELY_FAR, leave - span.x, below);
+    let spread = air_spread(ray.altitude, ray.mu, span.x, below);
     let phases = phases_of(ray);
 
     // In the limit of no distance.
@@ -47,14 +47,14 @@ fn sky_air(@builtin(global_invocation_id) id: vec3<u32>) {
         + (medium.rayleigh + medium.aerosol) * scattered_light(start, sun_mu);
     let near_extinction = to_rgb(sky, medium.extinction);
     var last = max(to_rgb(sky, source) / max(near_extinction, vec3(LEAST_EXTINCTION)), vec3(0.0));
-    var over = near_extinction * (AIR_MIDDLE * air_share(reach));
+    var over = near_extinction * (spread.x / spread.y);
 
     var sum: Gathered;
     var begin = span.x;
     for (var slice = 0u; slice < u32(AIR_SIZE.z); slice++) {
         if slice > 0u {
             let w = f32(slice) / (AIR_SIZE.z - 1.0);
-            let end = clamp(span.x + air_distance(w, reach), begin, leave);
+            let end = clamp(span.x + air_distance(w, spread), begin, leave);
             let steps = u32(mix(LEAST_STEPS, MOST_STEPS, w * w * w * w));
             let step = (end - begin) / f32(steps);
             for (var i = 0u; i < steps; i++) {

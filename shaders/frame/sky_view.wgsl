@@ -10,7 +10,7 @@ const STEPS: u32 = 32u;
 
 @compute @workgroup_size(8, 8)
 fn sky_view(@builtin(global_invocation_id) id: vec3<u32>) {
-    let direction = direction_of(vec2<f32>(id.xy), sky.horizon_dip, VIEW_SIZE);
+    let direction = direction_of(vec2<f32>(id.xy), sky.disc.zw, VIEW_SIZE);
     let elevation = direction.y - sky.horizon_dip;
     var ray: AirRay;
     ray.altitude = sky.camera_altitude;

@@ -3,7 +3,8 @@
 // Twin: src/frame/cpu/air_shadow.rs.
 #define_import_path cumuli::air_shadow
 
-#import cumuli::air_shadow_place::{BLOCK, ENTRIES, NODES, clouded_span, corners_of, node_at}
+#import cumuli::air_shadow_place::{ENTRIES, NODES, clouded_span, node_at}
+#import cumuli::ray_blocks::{corners_of, share_of_rays}
 
 @group(0) @binding(22) var<storage, read> changed_light: array<vec2<u32>>; // ray after ray, entry after entry
 
@@ -19,12 +20,11 @@ fn between_entries(ray: u32, entry: f32) -> vec3<f32> {
     return mix(entry_of(ray, first), entry_of(ray, second), entry - f32(first));
 }
 
-// Interpolated between the four rays around a pixel of a picture of this size.
-fn between_rays(pixel: vec2<u32>, size: vec2<u32>, entry: f32) -> vec3<f32> {
-    let low = pixel / BLOCK;
-    let sides = min(size - low * BLOCK, vec2(BLOCK));
-    let share = (vec2<f32>(pixel - low * BLOCK) + 0.5) / vec2<f32>(sides);
-    let across = corners_of(size).x;
+// Interpolated between the four rays around a pixel of a picture of this size, with a ray every `block` pixels.
+fn between_rays(pixel: vec2<u32>, size: vec2<u32>, block: u32, entry: f32) -> vec3<f32> {
+    let low = pixel / block;
+    let share = share_of_rays(pixel, low, size, block);
+    let across = corners_of(size, block).x;
     let ray = low.y * across + low.x;
     let upper = mix(between_entries(ray, entry), between_entries(ray + 1u, entry), share.x);
     let lower = mix(between_entries(ray + across, entry), between_entries(ray + across + 1u, entry), share.x);
@@ -33,12 +33,12 @@ fn between_rays(pixel: vec2<u32>, size: vec2<u32>, entry: f32) -> vec3<f32> {
 
 // Change of the radiance of the air before a distance in a pixel, in TABLE_SCALE per unit of the sun's
 // irradiance.
-fn change_before(pixel: vec2<u32>, size: vec2<u32>, dir: vec3<f32>, distance: f32) -> vec3<f32> {
-    return between_rays(pixel, size, node_at(clouded_span(dir), distance));
+fn change_before(pixel: vec2<u32>, size: vec2<u32>, block: u32, dir: vec3<f32>, distance: f32) -> vec3<f32> {
+    return between_rays(pixel, size, block, node_at(clouded_span(dir), distance));
 }
 
 // What reaches the ground that a pixel sees, besides the sun's beam. x: irradiance that clouds scatter down,
 // per unit of the sun's on a surface that faces it; y: the sky's share that they leave.
-fn light_on_ground(pixel: vec2<u32>, size: vec2<u32>) -> vec2<f32> {
-    return between_rays(pixel, size, f32(NODES + 1u)).xy;
+fn light_on_ground(pixel: vec2<u32>, size: vec2<u32>, block: u32) -> vec2<f32> {
+    return between_rays(pixel, size, block, f32(NODES + 1u)).xy;
 }

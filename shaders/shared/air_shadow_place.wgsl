@@ -5,7 +5,6 @@
 #import cumuli::shadow_maps::{AIR_BELOW, AIR_SIDES}
 #import cumuli::sun_depth::shadow_maps
 
-const BLOCK: u32 = 8u;  // pixels a side
 const NODES: u32 = 24u; // along a ray, behind the first, where nothing has changed yet
 // Numbers of a ray: those of its nodes and of the ground behind them.
 const ENTRIES: u32 = NODES + 2u;
@@ -13,11 +12,6 @@ const ENTRIES: u32 = NODES + 2u;
 const ABOVE: f32 = 1000.0;
 // Least component of a direction: along an axis across which it does not move it never leaves the maps.
 const LEAST: f32 = 1e-9;
-
-// Rays across and up.
-fn corners_of(size: vec2<u32>) -> vec2<u32> {
-    return (size + BLOCK - 1u) / BLOCK + 1u;
-}
 
 // Part of a ray from the eye between two distances that lies within two places along an axis; `slope`: what
 // the ray moves along the axis per metre.

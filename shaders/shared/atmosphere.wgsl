@@ -19,7 +19,7 @@ struct SkyUniforms {
     ground_albedo: vec4<f32>,      // at the four wavelengths
     ground_colour: vec4<f32>,      // rgb: the same albedo; w: 1 where there is a ground under a uniform sky
     sun: vec4<f32>,                // xyz: towards the sun; w: irradiance
-    disc: vec4<f32>,               // x: angular radius, rad; y: radiance of the middle per irradiance
+    disc: vec4<f32>,               // x: angular radius, rad; y: radiance of the middle per irradiance; z, w: rad, angles from the horizon straight down, and up to where there is air
     camera_altitude: f32,          // m, never below 0
     horizon_dip: f32,              // rad, from the horizontal down to the horizon
     uniform_radiance: f32,         // of a uniform sky
@@ -206,12 +206,13 @@ const AIR_SIZE: vec3<f32> = vec3(32.0, 96.0, 40.0); // azimuth, elevation, dista
 
 // Directions around the camera: x = sin of half the azimuth from the sun, dense around the sun and
 // even at both ends; y = elevation in two halves that meet at the horizon without mixing, each
-// dense there (Hillaire 2020). Coordinates of a texture with `rows` rows of elevations.
-fn direction_place(azimuth_cosine: f32, above_horizon: f32, dip: f32, size: vec2<f32>) -> vec2<f32> {
+// dense there (Hillaire 2020), up to the angles from the horizon straight down and to where the air ends: seen from
+// outside it is a thin rim. Coordinates of a texture with `rows` rows of elevations.
+fn direction_place(azimuth_cosine: f32, above_horizon: f32, spans: vec2<f32>, size: vec2<f32>) -> vec2<f32> {
     let x = sqrt(saturate(0.5 - 0.5 * azimuth_cosine));
     let half_rows = 0.5 * size.y;
     let up = above_horizon >= 0.0;
-    let most = 0.5 * PI + select(-dip, dip, up);
+    let most = select(spans.x, spans.y, up);
     let y = sqrt(saturate(abs(above_horizon) / most)) * (half_rows - 1.0);
     let row = select(half_rows - 1.0 - y, half_rows + y, up);
     return vec2(texel_centre(x, size.x), (row + 0.5) / size.y);
@@ -219,12 +220,12 @@ fn direction_place(azimuth_cosine: f32, above_horizon: f32, dip: f32, size: vec2
 
 // Azimuth's cosine and elevation over the horizon of a texel. Rows below `size.y / 2` look below
 // the horizon, whatever the sign of their elevation (the horizon itself is in both halves).
-fn direction_of(texel: vec2<f32>, dip: f32, size: vec2<f32>) -> vec2<f32> {
+fn direction_of(texel: vec2<f32>, spans: vec2<f32>, size: vec2<f32>) -> vec2<f32> {
     let x = texel.x / (size.x - 1.0);
     let half_rows = 0.5 * size.y;
     let up = texel.y >= half_rows;
     let y = select(half_rows - 1.0 - texel.y, texel.y - half_rows, up) / (half_rows - 1.0);
-    let most = 0.5 * PI + select(-dip, dip, up);
+    let most = select(spans.x, spans.y, up);
     return vec2(1.0 - 2.0 * x * x, select(-1.0, 1.0, up) * y * y * most);
 }
 
@@ -235,27 +236,47 @@ fn ground_reach(altitude: f32, mu: f32) -> f32 {
     return select(max(-(PLANET_RADIUS + altitude) * mu, 0.0), reach, reach >= 0.0);
 }
 
-// Distances in the air: w in [0, 1] from its beginning to infinity, or to the ground where
-// `reach` is the distance to it; w^2 = d / (d + AIR_MIDDLE), over the same of the ground.
+// Distances in the air: w in [0, 1] from its beginning to infinity or to the ground. From an eye in the lower air
+// w^2 = d / (d + AIR_MIDDLE), over the same of the ground: places are dense at the eye. From above, the air is where the ray
+// ends, and so are the places.
 const AIR_MIDDLE: f32 = 5e4; // m
-const INFINITELY_FAR: f32 = 1e30; // m; d / (d + AIR_MIDDLE) is 1 there
+const INFINITELY_FAR: f32 = 1e30; // m
+// m, altitude up to which air is thick enough that places are spread alike.
+const LOWER_AIR: f32 = 1e4;
 
-// Share of the way to infinity that counts as none: 5e-8 m, or 5e16 m from its other end.
-const LEAST_SHARE: f32 = 1e-12;
+// A ray of no length, m: any place on it will do, for a camera on the ground has no air below it.
+const LEAST_REACH: f32 = 1e-6;
+// Least share of the lower air in a ray: every one to the ground has more than 0.09.
+const LEAST_SHARE: f32 = 0.05;
 
-fn air_share(distance: f32) -> f32 {
-    let d = clamp(distance, 0.0, INFINITELY_FAR);
-    return d / (d + AIR_MIDDLE);
+// How places are spread over the air of a ray that begins at `before`. x: m, to its end; y: how much denser they are at its
+// beginning than if they were even.
+fn air_spread(altitude: f32, mu: f32, before: f32, to_ground: bool) -> vec2<f32> {
+    // Squared distance from the horizon of the lower air.
+    let over = max(altitude - LOWER_AIR, 0.0) * (2.0 * PLANET_RADIUS + LOWER_AIR + altitude);
+    let tangent = sqrt(over);
+    let lowest = -(PLANET_RADIUS + altitude) * mu;
+    // From over it, what reaches the ground has hundreds of kilometres to its lowest place.
+    let enters = over / max(lowest + sqrt(max(lowest - tangent, 0.0) * (lowest + tangent)), 1.0);
+    let ground = ground_reach(altitude, mu);
+    let reach = max(ground - before, 0.0);
+    let low = min(ground - enters, reach);
+    let share = clamp(low / max(reach, LEAST_REACH), LEAST_SHARE, 1.0);
+    // Past the horizon the lower air is as far as it is, or nowhere.
+    let start = min(altitude, TOP_ALTITUDE);
+    let horizon = sqrt(max(start - LOWER_AIR, 0.0) * (2.0 * PLANET_RADIUS + LOWER_AIR + start));
+    let below = vec2(reach, (1.0 + max(low, 0.0) / AIR_MIDDLE) * share);
+    return select(vec2(INFINITELY_FAR, 1.0 + INFINITELY_FAR / (AIR_MIDDLE + horizon)), below, to_ground);
 }
 
-fn air_place(distance: f32, reach: f32) -> f32 {
-    // A camera on the ground has no air below it: any place will do.
-    return sqrt(min(air_share(distance) / max(air_share(reach), LEAST_SHARE), 1.0));
+fn air_place(distance: f32, spread: vec2<f32>) -> f32 {
+    let x = clamp(distance / max(spread.x, LEAST_REACH), 0.0, 1.0);
+    return sqrt(min(x * spread.y / (1.0 + x * (spread.y - 1.0)), 1.0));
 }
 
-fn air_distance(w: f32, reach: f32) -> f32 {
-    let share = w * w * air_share(reach);
-    return min(AIR_MIDDLE * share / max(1.0 - share, LEAST_SHARE), reach);
+fn air_distance(w: f32, spread: vec2<f32>) -> f32 {
+    let s = w * w;
+    return spread.x * min(s / (s + spread.y * (1.0 - s)), 1.0);
 }
 
 // Radiances and irradiances are stored times this: f16 then keeps its digits well into the night

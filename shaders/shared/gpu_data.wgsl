@@ -50,7 +50,7 @@ struct FrameUniforms {
     in_place: u32,             // 1: the blend writes to the pixels, 0: to the blocks, layers of them beside each other
     has_air_shadow: u32,       // 1: it is known what sunlight clouds take from the air
     mean_cosine: f32,          // of the phase function without the peak that delta_scale takes out
-    padding_b: u32,
+    ray_block: u32,            // sides of the blocks of pixels whose corners have rays: what clouds change of the air, what a sea reflects
 }
 
 // Place of a pixel in its block: no two in a row are neighbours in a row.

@@ -3,19 +3,18 @@
 // group 2. Twin: src/frame/cpu/sea.rs.
 #define_import_path cumuli::sea_light
 
-#import cumuli::air_shadow_place::{BLOCK, corners_of}
 #import cumuli::atmosphere::{GROUND_SIZE, PI, PLANET_RADIUS, TABLE_SCALE, sea_place, sun_place, texel_centre}
+#import cumuli::ray_blocks::{corners_of, share_of_rays}
 #import cumuli::sea::{glitter, surface_normal}
 #import cumuli::sky::{filtering, ground, is_uniform, light_at, sky}
 
 @group(0) @binding(23) var<storage, read> reflected: array<vec4<f32>>; // rgb, ray after ray; see frame/sea.wgsl
 
-// Interpolated between the four rays around a pixel of a picture of this size.
-fn reflected_in(pixel: vec2<u32>, size: vec2<u32>) -> vec3<f32> {
-    let low = pixel / BLOCK;
-    let sides = min(size - low * BLOCK, vec2(BLOCK));
-    let share = (vec2<f32>(pixel - low * BLOCK) + 0.5) / vec2<f32>(sides);
-    let across = corners_of(size).x;
+// Interpolated between the four rays around a pixel of a picture of this size, with a ray every `block` pixels.
+fn reflected_in(pixel: vec2<u32>, size: vec2<u32>, block: u32) -> vec3<f32> {
+    let low = pixel / block;
+    let share = share_of_rays(pixel, low, size, block);
+    let across = corners_of(size, block).x;
     let ray = low.y * across + low.x;
     let upper = mix(reflected[ray].rgb, reflected[ray + 1u].rgb, share.x);
     let lower = mix(reflected[ray + across].rgb, reflected[ray + across + 1u].rgb, share.x);

@@ -3,7 +3,7 @@
 // Reads group 2. Twin: src/frame/cpu/sky.rs.
 #define_import_path cumuli::sky
 
-#import cumuli::atmosphere::{AIR_SIZE, ALTITUDE_SIZE, GROUND_SIZE, INFINITELY_FAR, PI, PLANET_RADIUS, SkyUniforms, TABLE_SCALE, TOP_ALTITUDE, VIEW_SIZE, air_place, air_span, altitude_place, direction_place, distance_to_ground, ground_reach, sun_place, texel_centre}
+#import cumuli::atmosphere::{AIR_SIZE, ALTITUDE_SIZE, GROUND_SIZE, PI, PLANET_RADIUS, SkyUniforms, TABLE_SCALE, TOP_ALTITUDE, VIEW_SIZE, air_place, air_span, air_spread, altitude_place, direction_place, distance_to_ground, sun_place, texel_centre}
 #import cumuli::numerics::{opacity, unfolded}
 
 @group(2) @binding(0) var<uniform> sky: SkyUniforms;
@@ -46,7 +46,7 @@ fn sky_radiance(dir: vec3<f32>) -> vec3<f32> {
         return vec3(sky.uniform_radiance);
     }
     let direction = sky_direction(dir);
-    let place = direction_place(direction.x, direction.y, sky.horizon_dip, VIEW_SIZE);
+    let place = direction_place(direction.x, direction.y, sky.disc.zw, VIEW_SIZE);
     return textureSampleLevel(view, filtering, place, 0.0).rgb * (sky.sun.w / TABLE_SCALE);
 }
 
@@ -71,7 +71,7 @@ fn sun_disc_radiance(dir: vec3<f32>) -> vec3<f32> {
         return vec3(0.0);
     }
     // The air up to infinity.
-    let place = direction_place(direction.x, direction.y, sky.horizon_dip, AIR_SIZE.xy);
+    let place = direction_place(direction.x, direction.y, sky.disc.zw, AIR_SIZE.xy);
     let depth = textureSampleLevel(air_depths, filtering, vec2(place.y, texel_centre(1.0, AIR_SIZE.z)), 0.0).rgb;
     return radiance * exp(-depth);
 }
@@ -129,17 +129,14 @@ fn air_between(dir: vec3<f32>, distance: f32) -> Air {
         return air;
     }
     let direction = sky_direction(dir);
-    let place = direction_place(direction.x, direction.y, sky.horizon_dip, AIR_SIZE.xy);
+    let place = direction_place(direction.x, direction.y, sky.disc.zw, AIR_SIZE.xy);
     // Distances count from where the air begins.
     var before = 0.0;
     if (dir.y < NOWHERE) & (sky.camera_altitude > TOP_ALTITUDE) {
         before = air_span(sky.camera_altitude, dir.y).x;
     }
-    var reach = INFINITELY_FAR;
-    if direction.y < 0.0 {
-        reach = ground_reach(sky.camera_altitude, dir.y) - before;
-    }
-    let w = air_place(distance - before, reach);
+    let spread = air_spread(sky.camera_altitude, dir.y, before, direction.y < 0.0);
+    let w = air_place(distance - before, spread);
     let z = texel_centre(w, AIR_SIZE.z);
     let depth = w * w * textureSampleLevel(air_depths, filtering, vec2(place.y, z), 0.0).rgb;
     let source = textureSampleLevel(air_sources, filtering, vec3(place, z), 0.0).rgb * (sky.sun.w / TABLE_SCALE);

@@ -116,8 +116,8 @@ gpu_struct! {
         has_air_shadow: u32,
         /// Of the phase function without the peak that delta_scale takes out.
         mean_cosine: f32,
-        /// Unused.
-        padding_b: u32,
+        /// Sides of the blocks of pixels whose corners have rays.
+        ray_block: u32,
     }
 }
 

@@ -3,7 +3,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::air_shadow::corners;
+use super::air_shadow::{corners, most_rays};
 use super::gpu_data::{LightGridUniforms, gpu_struct};
 use super::light_grid::LightGridPass;
 use super::resolve::ResolvePass;
@@ -117,8 +117,7 @@ impl SeaPass {
 
     /// What it leaves for a picture of this size (pixels), and on the way there.
     pub fn buffers(&self, gpu: &Gpu, size: [u32; 2]) -> Reflected {
-        let [across, up] = corners(size).map(|c| c as usize);
-        let rays = |label| buffers::storage(gpu, label, across * up, size_of::<[f32; 4]>());
+        let rays = |label| buffers::storage(gpu, label, most_rays(size), size_of::<[f32; 4]>());
         Reflected { light: rays("reflected"), change: rays("changed sky") }
     }
 
@@ -127,12 +126,12 @@ impl SeaPass {
         gpu.queue.write_buffer(&self.waves, 0, bytemuck::bytes_of(&SeaUniforms::new(sea)));
     }
 
-    /// Records the pass. `sky`: as it is seen from the surface.
+    /// Records the pass for a picture of this size with blocks of so many pixels a side. `sky`: as it is seen from the surface.
     pub fn encode(
         &self,
         gpu: &Gpu,
         pass: &mut wgpu::ComputePass<'_>,
-        size: [u32; 2],
+        (size, block): ([u32; 2], u32),
         ([frame, phase], reflected, sky): ([&wgpu::Buffer; 2], &Reflected, &wgpu::TextureView),
         groups: [&wgpu::BindGroup; 2],
         clouds: Option<Clouded<'_>>,
@@ -155,7 +154,7 @@ impl SeaPass {
         for (group, number) in groups.into_iter().chain([clouds.field]).zip(1..) {
             pass.set_bind_group(number, group, &[]);
         }
-        let [across, up] = corners(size).map(|c| c.div_ceil(WORKGROUP));
+        let [across, up] = corners(size, block).map(|c| c.div_ceil(WORKGROUP));
         for entry in ["sea", "smooth_clouds"] {
             pass.set_pipeline(self.kernel.pipeline(entry));
             pass.dispatch_workgroups(across, up, 1);

@@ -3,6 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::air_shadow::ray_block;
 use super::gpu_data::{FrameUniforms, LightView, SHADOW_MAPS, ShadowUniforms};
 use super::settings::Quality;
 use crate::medium::Truncation;
@@ -103,7 +104,7 @@ pub fn frame_uniforms(
         in_place: 1,
         has_air_shadow: u32::from(has_air_shadow),
         mean_cosine: truncation.moments[0] as f32,
-        padding_b: 0,
+        ray_block: ray_block(size, half_width),
     }
 }
 

@@ -28,6 +28,7 @@ const MODULES: &[(&str, &str)] = shader_files![
     "shared/light_view.wgsl",
     "shared/shadow_maps.wgsl",
     "shared/sun_depth.wgsl",
+    "shared/ray_blocks.wgsl",
     "shared/air_shadow_place.wgsl",
     "shared/air_shadow.wgsl",
     "shared/light_grid_data.wgsl",

@@ -26,6 +26,9 @@ use crate::tables::TableSet;
 pub const AIR_STEPS: u32 = 64;
 /// Steps from one place where the depth to the sun is worked out to the next; linear between them.
 const STEPS_TO_THE_SUN: usize = 4;
+/// Optical depth of a step from which on it is made of smaller ones: the light of opaque matter comes from a thin skin, over
+/// which depths to the sun change evenly, and over a step may not.
+const DEEPEST_STEP: f64 = 1.0;
 /// Nothing behind this transmittance is seen.
 const OPAQUE: f64 = 1e-9;
 /// Steps a cell of the density volume: within half a cell matter is as good as evenly mixed.
@@ -184,9 +187,11 @@ impl<'a> Exact<'a> {
     ) -> ExactPixel {
         let change = self.air_change(dir);
         if self.has_air && clouds.transmittance < 1.0 {
-            let air = self.sky.air_between(dir, clouds.distance);
+            // A bin that the ground cuts counts whole for the distance; the air ends on the ground, here as in the frame.
+            let distance = clouds.distance.min(self.far(dir));
+            let air = self.sky.air_between(dir, distance);
             let opacity = 1.0 - clouds.transmittance;
-            let added = change.of(air.inscatter, clouds.distance);
+            let added = change.of(air.inscatter, distance);
             clouds.radiance = clouds.radiance * air.transmittance + opacity * added;
         }
         self.with_behind(dir, &clouds, None, (&change, ground_depth))
@@ -304,7 +309,8 @@ fn compose_piece(
     since_gap: f64,
     sum: &mut Composed,
 ) {
-    let at_begin = -sum.transmittance.ln();
+    let mut piece =
+        Piece { ray, open, air, lit, since_gap, at_begin: -sum.transmittance.ln(), sum };
     let finest = open
         .iter()
         .filter(|c| !c.particle.shape.volume().is_empty())
@@ -323,33 +329,83 @@ fn compose_piece(
         let stretch = (steps as usize - (i - within)).min(STEPS_TO_THE_SUN) as f64;
         let sun_depths =
             [within, within + 1].map(|s| depths[0] + (depths[1] - depths[0]) * s as f64 / stretch);
-        let view = -sum.transmittance.ln();
-        let before = Before { view, since_gap: since_gap + view - at_begin };
-        let own = |chord: &Chord<'_>| {
-            let at = GAUSS.map(|place| ray.at(begin + step * place));
-            at.iter().map(|point| 0.5 * step * chord.extinction_at(*point)).sum::<f64>()
-        };
-        let pieces: Vec<f64> = open.iter().map(|chord| own(chord)).collect();
-        let tau: f64 = pieces.iter().sum();
-        if tau <= 0.0 {
-            continue;
+        let taus = piece.depths([begin, begin + step]);
+        if taus.iter().sum::<f64>() > DEEPEST_STEP {
+            piece.add_deep([begin, begin + step]);
+        } else {
+            piece.add([begin, begin + step], &taus, sun_depths);
         }
-        let seen = mean_scatter_fraction(tau);
-        let piece = lit.piece_below([begin, begin + step], tau, seen, before, sun_depths);
-        let both = open.iter().zip(pieces);
-        let light: DVec3 = both.map(|(chord, own)| own * piece.source(&chord.light)).sum();
-        let weight = sum.transmittance * -(-tau).exp_m1();
-        let seen = begin + step * mean_scatter_fraction(tau);
+        if piece.sum.transmittance <= OPAQUE {
+            return;
+        }
+    }
+}
+
+/// A piece of a ray on which the same chords are open, and what is known of the ray up to some place of it.
+struct Piece<'a> {
+    ray: &'a Ray,
+    open: &'a [&'a Chord<'a>],
+    air: Option<&'a AirAlong>,
+    lit: &'a RayLight<'a>,
+    since_gap: f64,
+    /// Optical depth before the piece.
+    at_begin: f64,
+    sum: &'a mut Composed,
+}
+
+impl Piece<'_> {
+    /// Optical depth of each chord from one place to another.
+    fn depths(&self, [begin, end]: [f64; 2]) -> Vec<f64> {
+        let at = GAUSS.map(|place| self.ray.at(begin + (end - begin) * place));
+        let own = |chord: &&Chord<'_>| {
+            at.iter().map(|point| 0.5 * (end - begin) * chord.extinction_at(*point)).sum()
+        };
+        self.open.iter().map(own).collect()
+    }
+
+    /// Adds a step of these optical depths, with the depth to the sun at both ends.
+    fn add(&mut self, [begin, end]: [f64; 2], depths: &[f64], sun_depths: [f64; 2]) {
+        let tau: f64 = depths.iter().sum();
+        if tau <= 0.0 {
+            return;
+        }
+        let view = -self.sum.transmittance.ln();
+        let before = Before { view, since_gap: self.since_gap + view - self.at_begin };
+        let within = mean_scatter_fraction(tau);
+        let piece = self.lit.piece_below([begin, end], tau, within, before, sun_depths);
+        let both = self.open.iter().zip(depths);
+        let light: DVec3 = both.map(|(chord, own)| *own * piece.source(&chord.light)).sum();
+        let weight = self.sum.transmittance * -(-tau).exp_m1();
+        let seen = begin + (end - begin) * within;
         let mut radiance = light / tau;
-        if let Some(air) = air {
+        if let Some(air) = self.air {
             let (inscatter, transmittance) = air.at(seen);
             radiance = radiance * transmittance + inscatter;
         }
-        sum.radiance += weight * radiance;
-        sum.distance += weight * seen;
-        sum.transmittance *= (-tau).exp();
-        if sum.transmittance <= OPAQUE {
-            return;
+        self.sum.radiance += weight * radiance;
+        self.sum.distance += weight * seen;
+        self.sum.transmittance *= (-tau).exp();
+    }
+
+    /// The same of a step that is deep: in halves of halves, up to what is seen of it.
+    fn add_deep(&mut self, step: [f64; 2]) {
+        let sunk = |t: f64| (self.lit.sun_depth)(self.ray.at(t));
+        let mut left = vec![(step, step.map(sunk))];
+        while let Some(([begin, end], sun_depths)) = left.pop() {
+            let depths = self.depths([begin, end]);
+            let middle = 0.5 * (begin + end);
+            let is_deep = depths.iter().sum::<f64>() > DEEPEST_STEP;
+            // As far as there are places between the two.
+            if is_deep && begin < middle && middle < end {
+                let there = (self.lit.sun_depth)(self.ray.at(middle));
+                left.push(([middle, end], [there, sun_depths[1]]));
+                left.push(([begin, middle], [sun_depths[0], there]));
+                continue;
+            }
+            self.add([begin, end], &depths, sun_depths);
+            if self.sum.transmittance <= OPAQUE {
+                return;
+            }
         }
     }
 }

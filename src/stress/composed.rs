@@ -1,6 +1,9 @@
 //! How far a frame is from the exact compositor: the same light of each particle, everything else
 //! worked out in f64.
 
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
 use glam::{DVec3, Vec3};
 
 use super::difference::{Difference, MOST_RADIANCE, Unexplained, is_beyond, worse};
@@ -10,8 +13,9 @@ use crate::Result;
 use crate::error::Error;
 use crate::frame::Picture;
 use crate::frame::cpu::light_grid::FieldSeen;
+use crate::frame::cpu::lighting::SunDepth;
 use crate::frame::cpu::segments::ChordInputs;
-use crate::frame::cpu::shadow::{between_texels, texel_side};
+use crate::frame::cpu::shadow::{Column, Nodes, between_texels, texel_side, through_nodes};
 use crate::frame::cpu::sky::Sky;
 use crate::frame::cpu::sky_march::Air;
 use crate::frame::gpu_data::{Particle, ShadowUniforms};
@@ -105,6 +109,14 @@ impl Composed<'_> {
         let sun_depth = |point: DVec3| truth.depth(point);
         let maps = renderer.shadow_places()?;
         let between = |point: DVec3| between_texels(&maps, point, |at| truth.depth(at));
+        let listed: Vec<Particle> = particles.iter().filter(|p| is_listed(p)).copied().collect();
+        let made = MadeTexels::new(Column {
+            tables,
+            particles: &listed,
+            maps: &maps,
+            steps: quality.shadow_steps,
+        });
+        let in_steps = |point: DVec3| made.depth(point);
         let inputs = |sun_depth| ChordInputs {
             frame: &frame,
             tables,
@@ -121,7 +133,9 @@ impl Composed<'_> {
         let exact =
             Exact::with_sky(scene, inputs(&sun_depth), particles.clone(), lights.clone(), sky)?
                 .filtered();
-        let (in_truth, in_texels) = (inputs(&sun_depth), inputs(&between));
+        let in_truth = inputs(&sun_depth);
+        let by_texels =
+            [(inputs(&between), &between as SunDepth<'_>), (inputs(&in_steps), &in_steps)];
         let steps = Steps {
             exact: &exact,
             inputs: &in_truth,
@@ -194,13 +208,17 @@ impl Composed<'_> {
                 .filter(|p| is_listed(p) && shades(p, on_ground, scene.sun.direction, &maps));
             let thrown_by = shading.max_by(|a, b| depth(a, scale).total_cmp(&depth(b, scale)));
             let in_texels_on_ground = on_ground.is_finite() && thrown_by.is_some_and(is_shown);
+            // Their rays are exact at first, and marched in the frame's few steps then.
             let mut steps = steps;
-            if (in_texels_met || in_texels_on_ground) && is_beyond(march[1], MOST_RADIANCE) {
+            for (inputs, depth) in &by_texels {
+                if !((in_texels_met || in_texels_on_ground) && is_beyond(march[1], MOST_RADIANCE)) {
+                    break;
+                }
                 if in_texels_met {
-                    steps.inputs = &in_texels;
+                    steps.inputs = inputs;
                 }
                 if in_texels_on_ground {
-                    steps.ground_depth = &between;
+                    steps.ground_depth = *depth;
                 }
                 march = apart(frame, steps.few_and_many(dir)[0]);
             }
@@ -220,6 +238,28 @@ impl Composed<'_> {
         found.radiance = if radiance == 0.0 { 0.0 } else { (radiance / total).sqrt() };
         (found.march, found.left) = (most.march, most.left);
         Ok(Some(found))
+    }
+}
+
+/// Texels of the shadow maps in f64, made when they are asked for, in the frame's own steps.
+struct MadeTexels<'a> {
+    column: Column<'a>,
+    known: Mutex<HashMap<(usize, [i64; 2]), Nodes>>,
+}
+
+impl<'a> MadeTexels<'a> {
+    fn new(column: Column<'a>) -> Self {
+        Self { column, known: Mutex::default() }
+    }
+
+    fn depth(&self, point: DVec3) -> f64 {
+        through_nodes(self.column.maps, point, |map, texel| {
+            let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+            // Look-ups lie within the maps.
+            *known
+                .entry((map, texel))
+                .or_insert_with(|| self.column.nodes(map, texel.map(|t| t.max(0) as u32)).rounded())
+        })
     }
 }
 

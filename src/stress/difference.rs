@@ -20,7 +20,7 @@ const MOST_LEFT: f64 = 0.02;
 /// Radiance, frame against its march, over what is there: the march knows the true depth to the sun, the frame
 /// has the deep shadow maps, of seven nodes a texel. The most at the corners is 0.13, in balls of 640 optical depths.
 pub(super) const MOST_RADIANCE: f64 = 0.25;
-/// Radiance, the march in many steps against exact: the most is 0.021 there in preset low, 0.033 in high.
+/// Radiance, the march in many steps against exact: the most is 0.024 there in preset low, 0.020 in high.
 const MOST_RADIANCE_LEFT: f64 = 0.05;
 /// Of transmittance and radiance of pictures that are to be the same: 7e-6 and 2e-6 are measured
 /// (`cargo nextest run --test stress long_lists`).

@@ -15,16 +15,20 @@
 //!   (Chandrasekhar, Radiative Transfer, chapter 3, with H(1) = 2.908); over a white ground it is not
 //!   more, since no light goes down into a half-space either. Hollow shapes may gather
 //!   light from more than one side: twice as much is allowed.
-//! - A sea: glitter as its facets have it, and of clouds and air that it may mirror what they scatter once at any angle. That
-//!   is thousands per steradian in the peak of droplets, far more than waves leave of it: only what is beyond all measure
-//!   passes this bound. What a sea reflects is compared with numbers in `tests/frame/sea.rs`.
+//! - A sea: glitter as its facets have it, and of clouds and air that it mirrors what they scatter once, times the share of the
+//!   light that its facets reflect towards the eye. They are no steeper than four times their root mean square, so that the
+//!   mirrored ray of each lies within an angle of that of a level sea, and no nearer to the sun than that angle leaves. Where it leaves
+//!   none, near glitter, that is the forward peak of droplets, thousands per steradian, of which waves leave far
+//!   less: there the bound is a wide one. What a sea reflects is compared with numbers in `tests/frame/sea.rs`.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::Made;
 use crate::frame::Picture;
+use crate::frame::air_shadow::ray_block;
 use crate::frame::cpu::atmosphere::{aerosol_phase, distance_to_ground, rayleigh_phase};
 use crate::frame::cpu::sea::surface_normal;
 use crate::frame::renderer::sky_inputs;
@@ -43,6 +47,13 @@ const GATHERED: f64 = 2.0;
 /// wavelengths to linear sRGB), tables and the light grid add their errors: the targets of those are
 /// 3 % in the furnace of many particles.
 const TOLERANCE: f64 = 1.05;
+/// Slopes of a sea over their root mean square, beyond which there are none: of Gaussian ones 1e-7, and of the frame's facets,
+/// which are among the shallower ones, none.
+const STEEPEST: f64 = 4.0;
+/// Rays of the sea to both sides of a pixel, half of the square whose mean is taken and the next one, from which it has its light.
+const RAYS_BESIDE: f64 = 3.0;
+/// Angles, and heights of the view, of which the one with most light is taken.
+const ANGLES: u32 = 64;
 /// Pixels near the disc's rim are as bright as the table of the disc has it: one step of f32 in the
 /// chord of the angle.
 const RIM: f64 = 1e-6;
@@ -82,9 +93,9 @@ impl<'a> Energy<'a> {
         }
     }
 
-    /// Sunlight that a sea may send in a direction, over the sun's irradiance, 1/sr: glitter, and of clouds whatever
-    /// is scattered at any angle.
-    fn of_sea(&self, dir: DVec3) -> f64 {
+    /// Sunlight that a sea may send in a direction, over the sun's irradiance, 1/sr: glitter, and what clouds and air scatter
+    /// towards its facets. `beside`: angle to other rays whose light it takes, rad.
+    fn of_sea(&self, dir: DVec3, beside: f64) -> f64 {
         let Some((sea, altitude)) = &self.sea else { return 0.0 };
         let distance = distance_to_ground(*altitude, dir.y);
         if distance < 0.0 {
@@ -92,14 +103,30 @@ impl<'a> Energy<'a> {
         }
         let normal = surface_normal(dir * distance, *altitude);
         let level = normal.dot(self.sun).max(0.0);
-        let clouds = self.scattered * self.phase.eval(1.0).max(self.phase.eval(-1.0));
+        let height = -dir.dot(normal).clamp(-1.0, 0.0);
+        let mirrored = dir + 2.0 * height * normal;
+        let turned = 2.0 * (STEEPEST * sea.slope()).atan() + beside;
+        let nearest = (mirrored.dot(self.sun).clamp(-1.0, 1.0).acos() - turned).max(0.0);
+        let most = |first: f64, last: f64, of: &dyn Fn(f64) -> f64| {
+            let at = |i: u32| first + (last - first) * f64::from(i) / f64::from(ANGLES);
+            (0..=ANGLES).map(|i| of(at(i))).fold(0.0, f64::max)
+        };
+        let clouds = self.scattered * most(nearest, PI, &|angle| self.phase.eval(angle.cos()));
         let halo = self.halo.factors.iter().fold(1.0f64, |most, f| most.max(f64::from(*f)));
-        let air = if self.has_air { aerosol_phase(1.0) } else { 0.0 };
-        level * sea.glitter(normal, -dir, self.sun) + clouds * halo + air
+        let of_air = |angle: f64| aerosol_phase(angle.cos()).max(rayleigh_phase(angle.cos()));
+        let air = if self.has_air { most(nearest, PI, &of_air) } else { 0.0 };
+        let lowest = (height.asin() - beside).max(0.0);
+        let reflected = most(lowest, height.asin(), &|angle| sea.reflectance(angle.sin()));
+        level * sea.glitter(normal, -dir, self.sun) + reflected * (clouds * halo + air)
     }
 
     /// Most radiance that can come from a direction.
     pub fn bound(&self, dir: DVec3) -> f64 {
+        self.bound_beside(dir, 0.0)
+    }
+
+    /// The same of a pixel that takes what a sea reflects from rays at an angle, rad.
+    fn bound_beside(&self, dir: DVec3, beside: f64) -> f64 {
         let cosine = dir.dot(self.sun).clamp(-1.0, 1.0);
         let chord = (dir - self.sun).length();
         let halo = (0..HALO_COLUMNS)
@@ -113,7 +140,7 @@ impl<'a> Energy<'a> {
         if self.has_air {
             of_sun += rayleigh_phase(cosine).max(aerosol_phase(cosine));
         }
-        of_sun += self.of_sea(dir);
+        of_sun += self.of_sea(dir, beside);
         if self.meets_disc(dir) {
             of_sun += self.disc[1];
         }
@@ -129,9 +156,12 @@ impl<'a> Energy<'a> {
     pub fn largest(&self, scene: &Scene, picture: &Picture) -> f64 {
         let view = View::new(&scene.camera, picture.size, None, Filter::Centre);
         let width = picture.size[0] as usize;
+        let half_width = scene.camera.half_width();
+        let pixel = 2.0 * half_width / f64::from(picture.size[0]);
+        let beside = RAYS_BESIDE * f64::from(ray_block(picture.size, half_width)) * pixel;
         picture.radiance.iter().enumerate().fold(0.0, |most, (i, pixel)| {
             let place = [(i % width) as f64 + 0.5, (i / width) as f64 + 0.5];
-            let bound = self.bound(view.ray(place, [0.0; 2]).dir);
+            let bound = self.bound_beside(view.ray(place, [0.0; 2]).dir, beside);
             pixel[..3].iter().fold(most, |most: f64, value| {
                 let value = f64::from(*value);
                 // Nothing over nothing is allowed; NaN stays.

@@ -17,6 +17,11 @@ const SAME_MEDIUM: u64 = 64;
 const SAME_WAY: u64 = 16;
 /// One in so many of these is made as in a window, which takes up to a hundred frames.
 const LIVE: f64 = 4.0;
+/// Of the scenes with a ground, one in so many has a sea in its place. They are drawn by numbers of their own, so that all else of a
+/// scene is as it was before there were seas; of the scenes that the README names, none has one.
+const SEA: f64 = 4.0;
+/// Which numbers these are.
+const SEAS: u64 = 20;
 /// Most particles of a scene.
 const MOST_PARTICLES: f64 = 200.0;
 
@@ -45,12 +50,22 @@ pub fn case(
     let drawn = Preset::ALL[(media.unit() * 4.0) as usize % 4];
     let preset = preset.unwrap_or(drawn);
     let mut draw = Draw { random: Random::new(seed, 2, number), tables };
-    let scene = draw.scene(Medium { phase, albedo });
+    let mut scene = draw.scene(Medium { phase, albedo });
     let time = if draw.one_in(4.0) { 0.0 } else { draw.signed(1e-3, limits::TIME.most) };
+    flood(&mut scene, Draw { random: Random::new(seed, SEAS, number), tables });
     let mut ways = Random::new(seed, 3, number / SAME_WAY);
     let way = if ways.unit() * LIVE < 1.0 { Way::Live } else { Way::Alone };
     let like = None;
     Case { name: name(seed, number), scene, time, size, preset, way, like }
+}
+
+/// Makes a sea of some grounds.
+fn flood(scene: &mut Scene, mut draw: Draw<'_>) {
+    if let Some(ground) = scene.effective_ground()
+        && draw.one_in(SEA)
+    {
+        scene.ground = Some(Ground::sea(draw.of(&limits::WIND_SPEED), ground.albedo));
+    }
 }
 
 impl Draw<'_> {
@@ -182,5 +197,42 @@ impl Draw<'_> {
             // Corners have them.
             weather: None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn some_grounds_are_seas_and_none_of_the_named_scenes() {
+        let tables = TableSet::embedded().expect("tables");
+        let scene = |seed, number| case(seed, number, [16, 9], None, &tables).scene;
+        let scenes: Vec<_> = (0..400).map(|number| scene(7, number)).collect();
+        let grounds = scenes.iter().filter(|s| s.effective_ground().is_some()).count() as f64;
+        let seas: Vec<_> = scenes.iter().filter(|s| s.is_sea()).collect();
+        let share = seas.len() as f64 / grounds;
+        // About 300 grounds: a standard error of 0.025.
+        assert!((share - 1.0 / SEA).abs() < 0.1, "{share} of {grounds}");
+        let winds = seas.iter().filter_map(|s| s.ground?.wind_speed());
+        let Range { least, most, .. } = limits::WIND_SPEED;
+        assert!(winds.clone().all(|wind| (least..=most).contains(&wind)));
+        assert!(winds.clone().any(|wind| wind > 1.0) && winds.clone().any(|wind| wind < 0.01));
+        let named = [
+            (601, 111),
+            (600, 81),
+            (603, 78),
+            (505, 57),
+            (903, 46),
+            (903, 25),
+            (1000, 6),
+            (3000, 901),
+            (3000, 702),
+            (3000, 858),
+            (3000, 925),
+            (4000, 3),
+        ];
+        let flooded: Vec<_> = named.into_iter().filter(|(s, n)| scene(*s, *n).is_sea()).collect();
+        assert!(flooded.is_empty(), "{flooded:?}");
     }
 }

@@ -179,7 +179,7 @@ pub const WHOLE: &[&str] = &[
     "FrameUniforms.phase",
     "FrameUniforms.in_place",
     "FrameUniforms.has_air_shadow",
-    "FrameUniforms.padding_b",
+    "FrameUniforms.ray_block",
     "LightView.tiles",
     "LightView.padding_a",
     "Ring.first_cell",

@@ -7,6 +7,7 @@ mod listed;
 mod maps;
 mod octaves;
 mod parts;
+mod rays;
 mod sea;
 mod tables;
 

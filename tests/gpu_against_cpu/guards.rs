@@ -168,8 +168,14 @@ fn rays_through_the_air() {
     );
     let span = four("cumuli::atmosphere::air_span", "vec4(air_span(x.x, x.y), 0.0, 0.0)", &inputs);
     let share = four(
-        "cumuli::atmosphere::{air_place, air_distance}",
-        "vec4(air_place(x.z, 1e30), air_place(x.z, 0.0), air_distance(1.0, 1e30), air_distance(0.0, x.z))",
+        "cumuli::atmosphere::{air_place, air_distance, air_spread}",
+        "vec4(air_place(x.z, vec2(1e30, 2e25)), air_place(x.z, vec2(0.0, 0.05)), \
+         air_distance(1.0, vec2(1e30, 2e25)), air_distance(0.0, vec2(x.z, 0.05)))",
+        &inputs,
+    );
+    let spread = four(
+        "cumuli::atmosphere::{air_span, air_spread}",
+        "vec4(air_spread(x.x, x.y, air_span(x.x, x.y).x, true), air_spread(x.x, x.y, air_span(x.x, x.y).x, false))",
         &inputs,
     );
     for (i, input) in inputs.iter().enumerate() {
@@ -179,8 +185,14 @@ fn rays_through_the_air() {
         let [place, none, end, begin] = share[i];
         assert!((0.0..=1.0).contains(&place) && (0.0..=1.0).contains(&none), "{input:?}");
         assert!(end.is_finite() && end > 1e15 && begin == 0.0, "{input:?}: {end} {begin}");
-        let exact = atmosphere::air_place(f64::from(input[2]), 1e30);
+        let exact = atmosphere::air_place(f64::from(input[2]), [1e30, 2e25]);
         assert!((f64::from(place) - exact).abs() < 4.0 * STEP, "{input:?}: {place} {exact}");
+    }
+    // Whatever the ray, places are in it.
+    for (input, [reach, dense, far, up]) in inputs.iter().zip(&spread) {
+        assert!(reach.is_finite() && *reach >= 0.0, "{input:?}: {reach}");
+        assert!(dense.is_finite() && *dense >= 0.05, "{input:?}: {dense}");
+        assert!(*far == 1e30 && up.is_finite() && *up > 1e23, "{input:?}: {up}");
     }
     // On the ground, looking down, the ground is at hand; level and up there is none or it is here.
     let down = inputs.iter().zip(&ground).filter(|(i, _)| i[0] == 0.0 && i[1] < 0.0);

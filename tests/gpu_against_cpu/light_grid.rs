@@ -65,6 +65,9 @@ fn difference(tables: &TableSet, scene: &Scene, time: f64, reach: DVec3) -> [f64
 /// Light is stored in f16 between turns: 5e-4 of a value at each; the turns of a conservative medium
 /// add these up.
 const LIGHT: f64 = 5e-3;
+/// Uniform light is uniform in the cells, to the bit; between them it is the quotient of two filtered numbers, each of
+/// a few roundings of f32.
+const UNIFORM: f64 = 2.5e-7;
 /// Matter is summed in counts of 2^-31 of the densest particle's extinction times their number, the
 /// rest are roundings of f32.
 const SHARES: f64 = 1e-3;
@@ -99,7 +102,7 @@ fn the_light_of_a_clump_is_that_of_the_twin() {
     let off = difference(tables(), &clump(1.0), 0.0, DVec3::splat(600.0));
     println!("clump: {off:?}");
     assert!(
-        off[0] < LIGHT && off[1] < LIGHT && off[2] < 1e-12 && off[3].max(off[4]) < SHARES,
+        off[0] < LIGHT && off[1] < LIGHT && off[2] < UNIFORM && off[3].max(off[4]) < SHARES,
         "{off:?}"
     );
 }
@@ -114,7 +117,7 @@ fn the_light_of_a_field_is_that_of_the_twin() {
     let off = difference(tables(), &scene, 700.0, DVec3::new(2500.0, 600.0, 2500.0));
     println!("field: {off:?}");
     assert!(
-        off[0] < LIGHT && off[1] < LIGHT && off[2] < 1e-12 && off[3].max(off[4]) < SHARES,
+        off[0] < LIGHT && off[1] < LIGHT && off[2] < UNIFORM && off[3].max(off[4]) < SHARES,
         "{off:?}"
     );
 }
@@ -132,7 +135,7 @@ fn a_giant_over_a_field_is_spread_as_the_twin_does() {
     let off = difference(tables(), &scene, 700.0, DVec3::new(2500.0, 600.0, 2500.0));
     println!("giant: {off:?}");
     assert!(
-        off[0] < LIGHT && off[1] < LIGHT && off[2] < 1e-12 && off[3].max(off[4]) < SHARES,
+        off[0] < LIGHT && off[1] < LIGHT && off[2] < UNIFORM && off[3].max(off[4]) < SHARES,
         "{off:?}"
     );
 }

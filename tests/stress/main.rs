@@ -7,10 +7,12 @@ mod rules;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use cumuli::frame::Preset;
+use cumuli::scene::Ground;
 use cumuli::stress::beyond::beyond;
 use cumuli::stress::corners::corners;
 use cumuli::stress::large::row;
 use cumuli::stress::{Case, MEDIA, Row, Stress, Way, random};
+use glam::DVec3;
 
 /// Two tiles across and up, so that borders of tiles are in it.
 const SIZE: [u32; 2] = [16, 9];
@@ -109,16 +111,25 @@ fn random_scenes_are_sound() {
 /// Scenes that were once wrong, by their seeds: drops of millimetres around the eye beside a box of kilometres; the eye
 /// in a noise shape, in a picture of 174 degrees; shapes of one pixel's radius; or called wrong, as the march that they
 /// are judged by knew depths that no texel of a shadow map has, met particles without matter, which no frame lists, and
-/// knew where between texels the shadow of a wisp ends on the ground.
+/// knew where between texels the shadow of a wisp ends on the ground. Then (seed 3000): the air before a low sun behind opaque
+/// clouds, between rays 55 degrees apart; the air before clouds seen from 62 km, with few distances near the ground; a ball whose light
+/// comes from a skin thinner than any step; noise of thousands of optical depths, with few steps towards the sun.
+/// And the rim of the planet from 40,000 km, with few rows of the sky's table.
 #[test]
 fn scenes_that_were_wrong_are_sound() {
     let _turn = alone();
     let mut stress = Stress::new(&MEDIA).expect("a device and tables");
-    let seeds = [(601, 111), (600, 81), (603, 78), (903, 25), (903, 46), (1000, 6)];
-    let cases = seeds.map(|(seed, number)| random::case(seed, number, SIZE, None, stress.tables()));
+    let before = [(601, 111), (600, 81), (603, 78), (903, 25), (903, 46), (1000, 6)];
+    let seeds = before
+        .into_iter()
+        .chain([901, 858, 925, 702].map(|number| (3000, number)))
+        .chain([(4000, 3)]);
+    let cases: Vec<_> = seeds
+        .map(|(seed, number)| random::case(seed, number, SIZE, None, stress.tables()))
+        .collect();
     let rows = run(&mut stress, &cases);
     assert_all_pass(&rows);
-    assert!(rows.iter().all(|r| r.composed.is_some_and(|d| d.pixels > 20)), "{rows:?}");
+    assert!(rows.iter().all(|r| r.composed.is_some_and(|d| d.pixels > 15)), "{rows:?}");
 }
 
 #[test]
@@ -141,6 +152,31 @@ fn a_frame_that_is_wrong_fails() {
     bright.radiance[0][0] = f32::NAN;
     assert!(energy.largest(&case.scene, &bright).is_nan());
     assert_eq!(size, SIZE);
+}
+
+/// The bound of a sea says something where its mirror shows no place near the sun: the forward peak of droplets, which it would be
+/// else, is thousands per steradian.
+#[test]
+fn the_bound_of_a_sea_under_clouds_is_no_peak() {
+    let _turn = alone();
+    let mut stress = Stress::new(&[]).expect("a device and tables");
+    let mut cases = corners(SIZE, Preset::Low);
+    cases.retain(|case| case.name == "a sea under a field");
+    let case = &mut cases[0];
+    // The sun behind an eye that looks down: the mirror shows what lies ahead.
+    case.scene.sun.direction = DVec3::new(0.0, 0.5, 1.0).normalize();
+    case.scene.ground = Some(Ground::sea(1.0, DVec3::splat(0.05)));
+    let made = stress.made(case).expect("made");
+    let energy = cumuli::stress::Energy::new(&case.scene, made);
+    let irradiance = case.scene.sun.irradiance;
+    let down = |up: f64| DVec3::new(0.1, up, -1.0).normalize();
+    for up in [-0.2, -0.5, -1.0] {
+        let bound = energy.bound(down(up)) / irradiance;
+        assert!(bound < 2.0, "{up}: {bound}");
+    }
+    // Into the glitter it is a wide one.
+    let towards = DVec3::new(0.0, -0.5, 1.0).normalize();
+    assert!(energy.bound(towards) / irradiance > 3.0);
 }
 
 /// Turns of loops that a pixel in preset low takes for each particle of the row: 375 blocks of 8 bins, in each of

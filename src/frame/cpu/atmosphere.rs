@@ -23,6 +23,12 @@ pub const SUN_RADIUS: f64 = 0.00465;
 pub const AIR_MIDDLE: f64 = 5e4;
 /// m.
 pub const INFINITELY_FAR: f64 = 1e30;
+/// m, altitude up to which air is thick enough that places in it are spread alike.
+const LOWER_AIR: f64 = 1e4;
+/// A ray of no length, m.
+const LEAST_REACH: f64 = 1e-6;
+/// Least share of the lower air in a ray to the ground.
+const LEAST_SHARE: f64 = 0.05;
 
 /// Air at one altitude, 1/m at the four wavelengths.
 #[derive(Clone, Copy, Debug)]
@@ -158,24 +164,43 @@ pub fn texel_centre(x: f64, n: f64) -> f64 {
     (x.clamp(0.0, 1.0) * (n - 1.0) + 0.5) / n
 }
 
+/// Angles from the horizon straight down and up to where there is air, seen from an altitude (m): from above the air no more
+/// than its rim, rad.
+pub fn sky_spans(altitude: f64) -> [f64; 2] {
+    let dip = horizon_squared(altitude).sqrt().atan2(PLANET_RADIUS);
+    let over = (altitude - TOP_ALTITUDE) * (2.0 * PLANET_RADIUS + TOP_ALTITUDE + altitude);
+    let up = if over > 0.0 {
+        // Between two tangents, from the difference of their lengths' angles.
+        dip - over.sqrt().atan2(PLANET_RADIUS + TOP_ALTITUDE)
+    } else {
+        FRAC_PI_2 + dip
+    };
+    [FRAC_PI_2 - dip, up]
+}
+
 /// Texture coordinates of a direction: cosine of the azimuth from the sun, angle over the horizon.
-pub fn direction_place(azimuth_cosine: f64, above_horizon: f64, dip: f64, size: DVec2) -> DVec2 {
+pub fn direction_place(
+    azimuth_cosine: f64,
+    above_horizon: f64,
+    spans: [f64; 2],
+    size: DVec2,
+) -> DVec2 {
     let x = (0.5 - 0.5 * azimuth_cosine).clamp(0.0, 1.0).sqrt();
     let half_rows = 0.5 * size.y;
     let up = above_horizon >= 0.0;
-    let most = FRAC_PI_2 + if up { dip } else { -dip };
+    let most = spans[usize::from(up)];
     let y = (above_horizon.abs() / most).clamp(0.0, 1.0).sqrt() * (half_rows - 1.0);
     let row = if up { half_rows + y } else { half_rows - 1.0 - y };
     DVec2::new(texel_centre(x, size.x), (row + 0.5) / size.y)
 }
 
 /// The inverse, for a texel.
-pub fn direction_of(texel: DVec2, dip: f64, size: DVec2) -> DVec2 {
+pub fn direction_of(texel: DVec2, spans: [f64; 2], size: DVec2) -> DVec2 {
     let x = texel.x / (size.x - 1.0);
     let half_rows = 0.5 * size.y;
     let up = texel.y >= half_rows;
     let y = if up { texel.y - half_rows } else { half_rows - 1.0 - texel.y } / (half_rows - 1.0);
-    let above = if up { y * y * (FRAC_PI_2 + dip) } else { -y * y * (FRAC_PI_2 - dip) };
+    let above = if up { y * y * spans[1] } else { -y * y * spans[0] };
     DVec2::new(1.0 - 2.0 * x * x, above)
 }
 
@@ -185,20 +210,34 @@ pub fn ground_reach(altitude: f64, mu: f64) -> f64 {
     if reach >= 0.0 { reach } else { (-(PLANET_RADIUS + altitude) * mu).max(0.0) }
 }
 
-fn air_share(distance: f64) -> f64 {
-    let d = distance.clamp(0.0, INFINITELY_FAR);
-    d / (d + AIR_MIDDLE)
+/// How places are spread over the air of a ray that begins at `before`: m, to its end, and how much denser they are
+/// at its beginning than if they were even.
+pub fn air_spread(altitude: f64, mu: f64, before: f64, to_ground: bool) -> [f64; 2] {
+    let over = |h: f64| (h - LOWER_AIR).max(0.0) * (2.0 * PLANET_RADIUS + LOWER_AIR + h);
+    if !to_ground {
+        let horizon = over(altitude.min(TOP_ALTITUDE)).sqrt();
+        return [INFINITELY_FAR, 1.0 + INFINITELY_FAR / (AIR_MIDDLE + horizon)];
+    }
+    let lowest = -(PLANET_RADIUS + altitude) * mu;
+    let to_tangent = (lowest * lowest - over(altitude)).max(0.0).sqrt();
+    let enters = over(altitude) / (lowest + to_tangent).max(1.0);
+    let ground = ground_reach(altitude, mu);
+    let reach = (ground - before).max(0.0);
+    let low = (ground - enters).min(reach);
+    let share = (low / reach.max(LEAST_REACH)).clamp(LEAST_SHARE, 1.0);
+    [reach, (1.0 + low.max(0.0) / AIR_MIDDLE) * share]
 }
 
-/// Place of a distance from where the air begins, 0 to 1; `reach` is the distance to the ground.
-pub fn air_place(distance: f64, reach: f64) -> f64 {
-    (air_share(distance) / air_share(reach).max(1e-12)).min(1.0).sqrt()
+/// Place of a distance (m) from where the air begins, 0 to 1.
+pub fn air_place(distance: f64, [reach, dense]: [f64; 2]) -> f64 {
+    let x = (distance / reach.max(LEAST_REACH)).clamp(0.0, 1.0);
+    (x * dense / (1.0 + x * (dense - 1.0))).min(1.0).sqrt()
 }
 
 /// The inverse.
-pub fn air_distance(w: f64, reach: f64) -> f64 {
-    let share = w * w * air_share(reach);
-    (AIR_MIDDLE * share / (1.0 - share).max(1e-12)).min(reach)
+pub fn air_distance(w: f64, [reach, dense]: [f64; 2]) -> f64 {
+    let s = w * w;
+    reach * (s / (s + dense * (1.0 - s))).min(1.0)
 }
 
 /// A unit vector from height and azimuth, in the frame of the tables: the sun's azimuth is +x.
@@ -221,10 +260,15 @@ mod tests {
             let x = f64::from(i) / 20.0;
             assert!((sun_place(sun_at_place(x)) - x).abs() < ROUNDING);
             assert!((altitude_place(altitude_at_place(x)) - x).abs() < ROUNDING);
-            for reach in [10.0, 5e3, 3e5, INFINITELY_FAR] {
+            let rays =
+                [(2.0, -0.5), (6e3, -0.03), (1e4, 0.5), (6e4, -0.9), (4e5, -0.35), (1e9, -1.0)];
+            for (altitude, mu) in rays {
+                let before = air_span(altitude, mu).0;
+                let spread = air_spread(altitude, mu, before, mu < 0.0);
                 // Towards infinity the distance itself runs out of digits: 1 - w^2 has 1e-16.
                 let w = x * 0.999;
-                assert!((air_place(air_distance(w, reach), reach) - w).abs() < 1e-9, "{w} {reach}");
+                let back = air_place(air_distance(w, spread), spread);
+                assert!((back - w).abs() < 1e-9, "{w} {altitude} {mu}");
             }
             for j in 0..=20 {
                 let place = DVec2::new(x, f64::from(j) / 20.0);
@@ -246,10 +290,11 @@ mod tests {
             for column in 0..7 {
                 for row in 0..12 {
                     let texel = DVec2::new(f64::from(column), f64::from(row));
-                    let direction = direction_of(texel, dip, size);
+                    let spans = [FRAC_PI_2 - dip, FRAC_PI_2 + dip];
+                    let direction = direction_of(texel, spans, size);
                     // The horizon's row of the lower half: its elevation is the upper one's.
                     let above = if row == 5 { -1e-30 } else { direction.y };
-                    let place = direction_place(direction.x, above, dip, size) * size - 0.5;
+                    let place = direction_place(direction.x, above, spans, size) * size - 0.5;
                     // sqrt(1 - cos) has half of the digits near the sun.
                     assert!((place - texel).length() < 1e-6, "{texel} {place} dip {dip}");
                 }

@@ -247,6 +247,16 @@ impl Maps<'_> {
     }
 }
 
+/// Optical depth from a point to the sun by the nodes of a map's texels, whoever tells them.
+pub fn through_nodes(
+    maps: &ShadowUniforms,
+    point: DVec3,
+    nodes: impl Fn(usize, [i64; 2]) -> Nodes,
+) -> f64 {
+    let Some(look_up) = LookUp::new(maps, point) else { return 0.0 };
+    look_up.mix(MOST_DEPTH, |texel| nodes(look_up.map, texel).depth(look_up.at))
+}
+
 /// What a look-up of a point reads: a place between four texels of a map.
 struct LookUp {
     map: usize,

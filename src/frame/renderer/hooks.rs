@@ -3,9 +3,12 @@
 
 use super::Renderer;
 use crate::frame::Picture;
+use crate::frame::air_shadow::{ENTRIES, corners};
 use crate::frame::composer::Composer;
 use crate::frame::cpu::light_grid::FieldSeen;
-use crate::frame::gpu_data::{Particle, ParticleCount, ParticleLight, ShadowUniforms};
+use crate::frame::gpu_data::{
+    FrameUniforms, Particle, ParticleCount, ParticleLight, ShadowUniforms,
+};
 use crate::frame::light_grid::{GridSettings, LightGrid};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -16,6 +19,8 @@ pub struct AirShadow {
     pub maps: ShadowUniforms,
     /// Their texels.
     pub texels: Vec<[u32; 4]>,
+    /// Sides of the blocks of pixels whose corners have rays.
+    pub block: u32,
     /// Entry after entry of ray after ray of [`crate::frame::air_shadow`].
     pub entries: Vec<[u32; 2]>,
 }
@@ -61,9 +66,15 @@ impl Renderer {
         let maps = self.gpu.read_buffer::<ShadowUniforms>(&self.shadow.uniforms, 1)?;
         let maps = *maps.first().ok_or_else(|| Error::Gpu("no shadow maps".to_owned()))?;
         let texels = self.shadow.bytes() as usize / size_of::<[u32; 4]>();
-        let entries = resources.changed_light.size() as usize / size_of::<[u32; 2]>();
+        let frame = self.gpu.read_buffer::<FrameUniforms>(&resources.frame, 1)?;
+        let frame = frame.first().ok_or_else(|| Error::Gpu("no frame".to_owned()))?;
+        let (size, block) = (frame.size, frame.ray_block);
+        // There is room for more rays than this picture has.
+        let rays: u32 = corners(size, block).iter().product();
+        let entries = rays as usize * ENTRIES;
         Ok(AirShadow {
             maps,
+            block,
             texels: self.gpu.read_buffer(&self.shadow.texels, texels)?,
             entries: self.gpu.read_buffer(&resources.changed_light, entries)?,
         })

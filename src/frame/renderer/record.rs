@@ -169,7 +169,8 @@ impl Renderer {
                         if let Some(field) = field {
                             let groups = [self.sky.march_group(), sky_bindings, field];
                             let bindings = &resources.air_shadow_bindings;
-                            passes.air_shadow.encode(compute, key.frame.size, bindings, groups);
+                            let rays = (key.frame.size, key.frame.ray_block);
+                            passes.air_shadow.encode(compute, rays, bindings, groups);
                         }
                     }
                     Pass::Sea => {
@@ -182,8 +183,8 @@ impl Renderer {
                                 .map(|(field, sun_mean)| Clouded { sun_mean, field });
                             let groups = [self.sky.march_group(), sky_bindings];
                             let of_frame = ([&resources.frame, &self.phase], reflected, view);
-                            let size = key.frame.size;
-                            sea.encode(gpu, compute, size, of_frame, groups, clouds);
+                            let rays = (key.frame.size, key.frame.ray_block);
+                            sea.encode(gpu, compute, rays, of_frame, groups, clouds);
                         }
                     }
                     Pass::Resolve => {

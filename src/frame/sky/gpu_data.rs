@@ -6,6 +6,7 @@ use glam::DVec4;
 
 use super::spectrum::{self, Coefficients};
 use super::{SkyInputs, SkyKind};
+use crate::frame::cpu::atmosphere::sky_spans;
 use crate::frame::gpu_data::gpu_struct;
 use crate::medium::sea::HEIGHTS;
 
@@ -32,7 +33,8 @@ gpu_struct! {
         ground_colour: [f32; 4],
         /// Towards the sun, and its irradiance.
         sun: [f32; 4],
-        /// x: radius, rad; y: radiance of the middle per irradiance, 1/sr.
+        /// x: radius, rad; y: radiance of the middle per irradiance, 1/sr; z, w: rad, angles from the horizon straight
+        /// down, and up to where there is air.
         disc: [f32; 4],
         /// m.
         camera_altitude: f32,
@@ -90,6 +92,7 @@ impl SkyUniforms {
         let rows = spectrum::TO_RGB.map(|row| row.map(|x| x as f32));
         let altitude = seen_from(inputs.camera_altitude);
         let horizon = (altitude * (2.0 * PLANET_RADIUS + altitude)).sqrt();
+        let [below, above] = sky_spans(altitude);
         let radius = f64::from(inputs.angular_diameter) / 2.0;
         let colour = inputs.ground_albedo;
         let (mut sea, mut sea_reflectances) = ([0.0; 4], [[0.0; 4]; HEIGHTS / 4]);
@@ -115,7 +118,7 @@ impl SkyUniforms {
             ground_albedo: four(spectrum::reflectance(colour.as_dvec3())),
             ground_colour: colour.extend(f32::from(inputs.has_ground)).to_array(),
             sun: inputs.sun_direction.extend(inputs.sun_irradiance).to_array(),
-            disc: [radius as f32, disc_peak(radius) as f32, 0.0, 0.0],
+            disc: [radius, disc_peak(radius), below, above].map(|v| v as f32),
             camera_altitude: altitude as f32,
             horizon_dip: horizon.atan2(PLANET_RADIUS) as f32,
             uniform_radiance,

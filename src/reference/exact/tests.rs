@@ -199,3 +199,63 @@ fn order_matters_in_these_clouds() {
         .fold(0.0, f64::max);
     assert!(most > 1e-3, "{most}");
 }
+
+/// Sunlight on a ball of a million optical depths, up to where the sun is low over its surface: it comes from a skin of a
+/// millimetre, over which both ways are straight.
+#[test]
+fn light_of_an_opaque_ball_comes_from_its_skin() {
+    const ALIKE: Phase = Phase::Hg { g: 0.0 };
+    let tables = TableSet::embedded().expect("tables");
+    // Nothing is alone here: any table does.
+    let scattering = tables.scattering_for(&PHASE, 1.0).expect("built in");
+    let truncation = Truncation::new(&ALIKE);
+    let frame = FrameUniforms { delta_scale: 1.0, halo_share: 0.0, ..uniforms() };
+    let (halo, field) = (Halo::new(&ALIKE, &truncation), FieldSeen::dark());
+    let (centre, radius, extinction) = (DVec3::new(0.0, 0.0, -3000.0), 1000.0, 1000.0);
+    let sun = DVec3::new(0.6, 0.64, 0.48);
+    let ball = Particle {
+        centre: centre.as_vec3().to_array(),
+        radius: radius as f32,
+        orientation: [0.0, 0.0, 0.0, 1.0],
+        extinction: extinction as f32,
+        shape: 0,
+        id: 0,
+        optical_radius: (extinction * radius) as f32,
+    };
+    let light = ParticleLight { sun_irradiance: [1.0; 4], ..ParticleLight::zeroed() };
+    let depth = |point: DVec3| {
+        let out = point - centre;
+        let along = out.dot(sun);
+        let rest = along * along - out.length_squared() + radius * radius;
+        if rest > 0.0 { extinction * (rest.sqrt() - along).max(0.0) } else { 0.0 }
+    };
+    let inputs = || ChordInputs {
+        frame: &frame,
+        tables: &tables,
+        scattering,
+        phase: ALIKE.prepare(),
+        halo: &halo,
+        field: &field,
+        sun_depth: &depth,
+    };
+    let exact = Exact::new(&scene(), inputs(), vec![ball], vec![light]).expect("a particle");
+    let mut seen = 0;
+    for dir in directions() {
+        let middle = centre.dot(dir);
+        let half = radius * radius - (centre - middle * dir).length_squared();
+        if half <= 0.0 {
+            continue;
+        }
+        let normal = ((middle - half.sqrt()) * dir - centre) / radius;
+        let [to_sun, to_eye] = [normal.dot(sun), -normal.dot(dir)];
+        if to_sun < 0.02 || to_eye < 0.02 {
+            continue;
+        }
+        seen += 1;
+        let expected = inputs().ray(dir).first / (1.0 + to_eye / to_sun);
+        let got = exact.clouds(dir, f64::INFINITY).radiance.x;
+        // Beside the ways' curvature, that depths change linearly over what is left of a step.
+        assert!((got / expected - 1.0).abs() < 1e-3, "{to_sun} {to_eye}: {got} {expected}");
+    }
+    assert!(seen > 50, "{seen} rays");
+}

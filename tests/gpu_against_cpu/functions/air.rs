@@ -1,5 +1,7 @@
 //! `atmosphere.wgsl`, and what `sky_march.wgsl` computes without tables.
 
+use std::f32::consts::FRAC_PI_2;
+
 use cumuli::frame::cpu::atmosphere;
 use cumuli::frame::cpu::sky_march::{AirRay, sun_mu_along};
 use cumuli::frame::sky::gpu_data::{PLANET_RADIUS, SkyUniforms};
@@ -242,40 +244,68 @@ fn places_in_the_tables_of_the_air() {
             atmosphere::altitude_at_place(y),
         ]
     });
-    let directions = many(114, |r| {
+    // Half of them from within the air, half from outside, where its rim is thin.
+    let spans = |r: &mut Random| {
         let dip = magnitude(r, 1e-4, 1.5);
-        let above = r.between(f64::from(dip) - 1.57, f64::from(dip) + 1.57) as f32;
-        [cosine(r), above, dip]
+        let from_outside = r.bits().is_multiple_of(2);
+        let up = if from_outside { magnitude(r, 1e-6, 1.0) } else { FRAC_PI_2 + dip };
+        [FRAC_PI_2 - dip, up]
+    };
+    let directions = many(114, |r| {
+        let [below, up] = spans(r);
+        let above = r.between(-1.05 * f64::from(below), 1.05 * f64::from(up)) as f32;
+        [cosine(r), above, below, up]
     });
     Function::new(
         "atmosphere::direction_place",
         "#import cumuli::atmosphere::{VIEW_SIZE, direction_place}",
-        "vec4(direction_place(x[0], x[1], x[2], VIEW_SIZE), 0.0, 0.0)",
+        "vec4(direction_place(x[0], x[1], vec2(x[2], x[3]), VIEW_SIZE), 0.0, 0.0)",
     )
-    .agrees(&directions, 16.0, |[azimuth, above, dip]| {
-        two(atmosphere::direction_place(azimuth, above, dip, VIEW))
+    .agrees(&directions, 16.0, |[azimuth, above, below, up]| {
+        two(atmosphere::direction_place(azimuth, above, [below, up], VIEW))
     });
-    let texels =
-        many(115, |r| [(r.bits() % 64) as f32, (r.bits() % 192) as f32, magnitude(r, 1e-4, 1.5)]);
+    let texels = many(115, |r| {
+        let [below, up] = spans(r);
+        [(r.bits() % 64) as f32, (r.bits() % 192) as f32, below, up]
+    });
     Function::new(
         "atmosphere::direction_of",
         "#import cumuli::atmosphere::{VIEW_SIZE, direction_of}",
-        "vec4(direction_of(vec2(x[0], x[1]), x[2], VIEW_SIZE), 0.0, 0.0)",
+        "vec4(direction_of(vec2(x[0], x[1]), vec2(x[2], x[3]), VIEW_SIZE), 0.0, 0.0)",
     )
-    .agrees(&texels, 16.0, |[x, y, dip]| {
-        two(atmosphere::direction_of(DVec2::new(x, y), dip, VIEW))
+    .agrees(&texels, 16.0, |[x, y, below, up]| {
+        two(atmosphere::direction_of(DVec2::new(x, y), [below, up], VIEW))
     });
     let reaches = many(116, |r| {
-        let reach = if r.bits().is_multiple_of(4) { 1e30 } else { magnitude(r, 1e-3, 1e9) };
-        [magnitude(r, 1e-3, 1e9), reach, r.uniform() as f32]
+        let far = r.bits().is_multiple_of(4);
+        let reach = if far { 1e30 } else { magnitude(r, 1e-3, 1e9) };
+        let dense = if far { 2e25 } else { magnitude(r, 0.1, 1e4) };
+        [magnitude(r, 1e-3, 1e9), reach, dense, r.uniform() as f32]
     });
     Function::new(
-        "atmosphere::air_share, air_place, air_distance",
-        "#import cumuli::atmosphere::{air_share, air_place, air_distance}",
-        "vec4(air_share(x[0]), air_place(x[0], x[1]), air_distance(x[2], x[1]), 0.0)",
+        "atmosphere::air_place, air_distance",
+        "#import cumuli::atmosphere::{air_place, air_distance}",
+        "vec4(air_place(x[0], vec2(x[1], x[2])), air_distance(x[3], vec2(x[1], x[2])), 0.0, 0.0)",
     )
-    .agrees(&reaches, 16.0, |[distance, reach, w]| {
-        let share = distance / (distance + atmosphere::AIR_MIDDLE);
-        [share, atmosphere::air_place(distance, reach), atmosphere::air_distance(w, reach), 0.0]
+    .agrees(&reaches, 16.0, |[distance, reach, dense, w]| {
+        let spread = [reach, dense];
+        [atmosphere::air_place(distance, spread), atmosphere::air_distance(w, spread), 0.0, 0.0]
+    });
+    // From up to where the air ends; from beyond, what is left of the digits of the way to the ground. Rays along the
+    // horizon lose half of theirs.
+    let downwards = many(117, |r| {
+        let altitude = altitude(r).clamp(1.0, 1e5);
+        let dip = (f64::from(altitude) / PLANET_RADIUS).sqrt() * 1.5;
+        [altitude, r.between(-1.0, -dip.min(0.9)) as f32]
+    });
+    Function::new(
+        "atmosphere::air_spread",
+        "#import cumuli::atmosphere::air_spread",
+        "vec4(air_spread(x[0], x[1], 0.0, true), air_spread(x[0], x[1], 0.0, false))",
+    )
+    .agrees(&downwards, 32.0, |[altitude, mu]| {
+        let [reach, dense] = atmosphere::air_spread(altitude, mu, 0.0, true);
+        let [far, up] = atmosphere::air_spread(altitude, mu, 0.0, false);
+        [reach, dense, far, up]
     });
 }

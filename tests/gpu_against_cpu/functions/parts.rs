@@ -7,7 +7,7 @@ use super::{Function, magnitude, many, one};
 use crate::common::Random;
 
 /// Text of an item of WGSL, from its keyword to the end of its body.
-fn item(source: &str, head: &str) -> String {
+pub(super) fn item(source: &str, head: &str) -> String {
     let begin = source.find(head).unwrap_or_else(|| panic!("no {head}"));
     let text = &source[begin..];
     let end = text.find("\n}").unwrap_or_else(|| panic!("{head} has no end"));
@@ -15,7 +15,7 @@ fn item(source: &str, head: &str) -> String {
 }
 
 /// Lines that declare constants.
-fn constants(source: &str) -> String {
+pub(super) fn constants(source: &str) -> String {
     let plain =
         |line: &&str| line.starts_with("const ") && !line.contains("STEPS") && !line.contains("#{");
     source.lines().filter(plain).map(|line| format!("{line}\n")).collect()

@@ -2,20 +2,31 @@
 //! hold exactly.
 
 use super::*;
-use crate::frame::cpu::atmosphere::distance_to_ground;
+use crate::frame::cpu::atmosphere::{distance_to_ground, sky_spans};
 use crate::frame::cpu::sky::Sky;
 
 /// Steps of the reference's rays; ten times as many change it by less than 1e-3.
 const FINE: u32 = 400;
 
+/// Altitude from which on only what lies below the horizon is compared, and elevations count from there, m.
+const HIGH: f64 = 1.5e4;
+
+/// Of the radiance straight down, what is dark seen from there.
+const NIGHT: f64 = 0.05;
+
 const ELEVATIONS: [f64; 9] = [-60.0, -10.0, -2.5, -0.5, 0.05, 1.5, 4.1, 21.0, 80.0];
 const AZIMUTHS: [f64; 5] = [0.5, 20.0, 50.0, 90.0, 170.0];
 
 fn directions() -> impl Iterator<Item = DVec3> {
+    directions_over(0.0)
+}
+
+/// Elevations over a horizon so far below the horizontal (degrees).
+fn directions_over(dip: f64) -> impl Iterator<Item = DVec3> {
     // As the device gets them.
-    ELEVATIONS
-        .iter()
-        .flat_map(|&e| AZIMUTHS.iter().map(move |&a| direction(e, a).as_vec3().as_dvec3()))
+    ELEVATIONS.iter().flat_map(move |&e| {
+        AZIMUTHS.iter().map(move |&a| direction(e - dip, a).as_vec3().as_dvec3())
+    })
 }
 
 /// Largest errors of sky radiance, and of transmittance and inscattered light of the air, relative
@@ -24,13 +35,24 @@ fn errors(bench: &mut Bench, asked: &SkyInputs) -> (f64, f64, f64) {
     bench.make(asked);
     let sky = Sky::new(asked, FINE);
     let (mut of_sky, mut of_transmittance, mut of_inscatter) = (0.0f64, 0.0f64, 0.0f64);
-    for dir in directions() {
+    let is_high = asked.camera_altitude > HIGH;
+    // The night side is as dark as it may be.
+    let dark = if is_high { NIGHT * sky.sky_radiance(DVec3::NEG_Y).max_element() } else { 0.0 };
+    let dip = if is_high { sky.horizon_dip().to_degrees() } else { 0.0 };
+    for dir in directions_over(dip) {
+        // The air over the horizon is a thin rim then: below.
+        if is_high && sky.ground_distance(dir) < 0.0 {
+            continue;
+        }
         let truth = sky.sky_radiance(dir);
-        let bright = truth.max_element();
+        let bright = truth.max_element().max(dark);
         let ground = sky.ground_distance(dir);
+        // Far from an eye that looks down from on high, most of the air lies shortly before the ground.
+        let lower = [0.6, 0.8, 0.9, 0.96, 0.99].map(|share| share * ground.max(0.0));
         let distances: Vec<f64> = [80.0, 1234.0, 9e3, 4e4, 1.2e5, f64::INFINITY]
             .into_iter()
-            .filter(|d| ground < 0.0 || *d <= ground)
+            .chain(lower)
+            .filter(|d| *d > 0.0 && (ground < 0.0 || *d <= ground))
             .collect();
         let queries: Vec<_> = distances.iter().chain([&1.0]).map(|&d| query(dir, d, 0.0)).collect();
         let answers = bench.ask(&queries);
@@ -55,17 +77,52 @@ fn sky_and_air_agree_with_fine_rays() {
     for (sun, altitude, limits) in [
         (60.0, 2.0, [0.01, 0.01, 0.01]),
         (30.0, 10_000.0, [0.01, 0.015, 0.01]),
+        (30.0, 20_000.0, [0.01, 0.02, 0.02]),
+        (30.0, 62_000.0, [0.015, 0.015, 0.01]),
+        (30.0, 120_000.0, [0.035, 0.015, 0.01]),
+        (30.0, 4e5, [0.035, 0.01, 0.01]),
+        (30.0, 3.6e7, [0.02, 0.01, 0.01]),
         (4.0, 2000.0, [0.01, 0.01, 0.015]),
         (0.0, 10_000.0, [0.015, 0.015, 0.03]),
         (-5.0, 2000.0, [0.015, 0.01, 0.05]),
     ] {
         let (sky, transmittance, inscatter) = errors(&mut bench, &inputs(sun, altitude));
+        println!("sun {sun}, {altitude} m: {sky:.4} {transmittance:.4} {inscatter:.4}");
         assert!(sky < limits[0], "sun {sun}, {altitude} m: sky {sky}");
         assert!(
             transmittance < limits[1],
             "sun {sun}, {altitude} m: transmittance {transmittance}"
         );
         assert!(inscatter < limits[2], "sun {sun}, {altitude} m: inscatter {inscatter}");
+    }
+}
+
+/// The air over the horizon, seen from outside: a rim of some degrees, and of an eighth of one from where satellites stand still.
+#[test]
+fn the_planet_has_its_rim() {
+    let mut bench = Bench::new();
+    for altitude in [1.2e5, 4e5, 3.6e7] {
+        let asked = inputs(30.0, altitude);
+        bench.make(&asked);
+        let sky = Sky::new(&asked, FINE);
+        let [_, rim] = sky_spans(altitude);
+        let dip = sky.horizon_dip().to_degrees();
+        let at = |share: f64, azimuth: f64| {
+            let over = (share * rim).to_degrees();
+            direction(over - dip, azimuth).as_vec3().as_dvec3()
+        };
+        let mut worst = 0.0f64;
+        for azimuth in AZIMUTHS {
+            let brightest = sky.sky_radiance(at(0.02, azimuth)).max_element();
+            for share in [0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.1, 2.0] {
+                let dir = at(share, azimuth);
+                let got = Vec3::from_array(bench.ask(&[query(dir, 1.0, 0.0)])[0].sky).as_dvec3();
+                let off = (got - sky.sky_radiance(dir)).abs().max_element() / brightest;
+                worst = worst.max(off);
+            }
+        }
+        println!("{altitude} m: {worst:.4}");
+        assert!(worst < 0.02, "{altitude} m: {worst}");
     }
 }
 

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::*;
 use crate::frame::cpu::atmosphere::{
-    altitude_at_place, depth_place, depth_ray, direction_of, sun_at_place,
+    altitude_at_place, depth_place, depth_ray, direction_of, sky_spans, sun_at_place,
 };
 use crate::frame::cpu::sky::Sky;
 use crate::frame::cpu::sky_march::{Table, depth_to_space};
@@ -203,7 +203,7 @@ fn tables_agree(asked: &SkyInputs) {
         &view,
         |i| {
             let texel = DVec2::new((i % width) as f64, (i / width) as f64);
-            let direction = direction_of(texel, sky.horizon_dip(), size);
+            let direction = direction_of(texel, sky_spans(asked.camera_altitude), size);
             let (sine, cosine) = (direction.y - sky.horizon_dip()).sin_cos();
             let cos_sun = sine * sun.y + cosine * sun.x.hypot(sun.z) * direction.x;
             let ray = crate::frame::cpu::sky_march::AirRay {
