@@ -125,10 +125,10 @@ fn ground_shares(point: vec3<f32>) -> vec2<f32> {
     return sum;
 }
 
-// The finest level that holds a point.
+// The finest level that holds a point, of those whose light is looked up.
 fn level_of(point: vec3<f32>) -> u32 {
     var chosen = 0u;
-    while chosen < last_level() && level_weight(light_grid.level[chosen], point) <= 0.0 {
+    while chosen < last_lit() && level_weight(light_grid.level[chosen], point) <= 0.0 {
         chosen++;
     }
     return chosen;

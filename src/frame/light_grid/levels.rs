@@ -12,6 +12,10 @@ const CELLS_PER_RADIUS: f64 = 2.5;
 /// Cells along the longest axis of listed particles, at least: a few large particles have light and dark sides,
 /// too.
 const LEAST_ALONG: f64 = 32.0;
+/// Optical depth of a cell in listed particles of fineness 1, at most, as far as the cells of that many go: surfaces of
+/// thick balls are where all is that one sees of them.
+const CELL_DEPTH: f64 = 2.0;
+const DEEP_CELLS: f64 = 12_000.0;
 /// Most cells along an axis of a level.
 const MOST_ALONG: f64 = 384.0;
 /// Most cells of the finest level over listed particles.
@@ -245,23 +249,25 @@ pub fn of_field(field: &CloudField, anchor: DVec3, (fineness, directions): (f64,
 /// particles.
 pub fn of_list(particles: &[ParticleSpec], (fineness, directions): (f64, u32)) -> Option<Levels> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let (mut radii, mut weights) = (0.0, 0.0);
+    let (mut radii, mut weights, mut extinctions) = (0.0, 0.0, 0.0);
     for p in particles {
         low = low.min(p.centre - p.radius);
         high = high.max(p.centre + p.radius);
         // By cross-section: a few large ones among small ones are what is seen.
         radii += p.radius.powi(3);
         weights += p.radius.powi(2);
+        extinctions += p.radius.powi(2) * p.extinction;
     }
     if particles.is_empty() {
         return None;
     }
     let size = (high - low).max(DVec3::splat(1e-3));
     let of_particle = radii / weights / CELLS_PER_RADIUS;
-    let wanted = of_particle.min(size.max_element() / LEAST_ALONG) / fineness;
-    let side = wanted
-        .max(size.max_element() / MOST_ALONG)
-        .max((size.x * size.y * size.z / MOST_CELLS).cbrt());
+    let volume = size.x * size.y * size.z;
+    // Without extinction as wide as can be.
+    let of_depth = (CELL_DEPTH * weights / extinctions).max((volume / DEEP_CELLS).cbrt());
+    let wanted = of_particle.min(size.max_element() / LEAST_ALONG).min(of_depth) / fineness;
+    let side = wanted.max(size.max_element() / MOST_ALONG).max((volume / MOST_CELLS).cbrt());
     let middle = 0.5 * (low + high);
     let mut result = Levels { anchor: middle, levels: Vec::new(), directions, widest: 0 };
     let mut cell = side;
