@@ -12,6 +12,7 @@ use cumuli::frame::sky::spectrum::{Coefficients, reflectance};
 use cumuli::frame::sky::tables::{DEPTH_SIZE, GROUND_SIZE, MULTIPLE_SIZE};
 use glam::{DVec2, DVec4};
 
+use super::parts::item;
 use super::sky::{Made, TABLE_SCALE, air_inputs};
 use super::{Four, Function, magnitude, many, one};
 use crate::common::Random;
@@ -226,6 +227,18 @@ fn light_along_rays_through_the_air() {
     });
     let few = |inputs: Vec<[f32; 5]>| inputs.into_iter().take(2048).collect::<Vec<_>>();
     let marched = few(many(204, ray));
+    // The pass's own text: the rest of it reads clouds besides.
+    let source = include_str!("../../../shaders/frame/air_shadow.wgsl");
+    let text = format!(
+        "#import cumuli::atmosphere::{{altitude_along, medium_at}}
+        #import cumuli::sky_march::{{AirRay, sky}}\n{}",
+        item(source, "fn optical_depth(")
+    );
+    Function::new("air_shadow::optical_depth", &text, &format!("optical_depth({RAY}, x[4], x[5])"))
+        .reading(&groups)
+        .agrees(&pieces, 16.0, |x| {
+            airs[0].depth_between(&air_ray(first(&x)), x[4], x[5], 1).to_array()
+        });
     for (part, of) in PARTS {
         Function::new(
             &format!("sky_march::gather, {part}"),
