@@ -9,6 +9,7 @@ mod octaves;
 mod parts;
 mod rays;
 mod sea;
+mod sea_light;
 mod sky;
 mod sky_march;
 mod tables;

@@ -44,7 +44,7 @@ impl Made {
         [(self.pass.march_layout(), self.pass.march_group())]
     }
 
-    fn groups(&self) -> [Group<'_>; 2] {
+    pub fn groups(&self) -> [Group<'_>; 2] {
         let [march] = self.march();
         [march, (self.pass.layout(), self.pass.bind_group())]
     }
@@ -101,8 +101,8 @@ impl Texture {
 }
 
 /// The functions of the shader in f64.
-struct Twin {
-    sky: SkyUniforms,
+pub struct Twin {
+    pub sky: SkyUniforms,
     ground: Texture,
     by_altitude: Texture,
     view: Texture,
@@ -111,7 +111,7 @@ struct Twin {
 }
 
 impl Twin {
-    fn new(made: &Made, inputs: &SkyInputs) -> Self {
+    pub fn new(made: &Made, inputs: &SkyInputs) -> Self {
         let t = made.pass.tables();
         Self {
             sky: SkyUniforms::new(inputs),
@@ -123,16 +123,16 @@ impl Twin {
         }
     }
 
-    fn sun(&self) -> DVec3 {
+    pub fn sun(&self) -> DVec3 {
         let [x, y, z, _] = self.sky.sun.map(f64::from);
         DVec3::new(x, y, z)
     }
 
-    fn irradiance(&self) -> f64 {
+    pub fn irradiance(&self) -> f64 {
         self.sky.sun[3].into()
     }
 
-    fn altitude(&self) -> f64 {
+    pub fn altitude(&self) -> f64 {
         self.sky.camera_altitude.into()
     }
 
@@ -169,7 +169,7 @@ impl Twin {
         (-depth).exp() * disc_profile(x) * f64::from(self.sky.disc[1]) * self.irradiance()
     }
 
-    fn light_at(&self, altitude: f64, row: f64, shift: usize) -> DVec3 {
+    pub fn light_at(&self, altitude: f64, row: f64, shift: usize) -> DVec3 {
         let x = texel_centre(altitude_place(altitude), ALTITUDE_SIZE[0].into());
         let y = (row + 0.5) / f64::from(ALTITUDE_SIZE[1]);
         self.by_altitude.at([x, y, 0.0], shift) * self.irradiance() / TABLE_SCALE
@@ -197,20 +197,27 @@ impl Twin {
         [(-depth).exp(), source * opaque * self.irradiance() / TABLE_SCALE]
     }
 
-    fn on_ground(&self, dir: DVec3, distance: f64, light: [f64; 3], shift: usize) -> DVec3 {
+    /// Irradiance of the sun and of the sky where a ray meets the ground, and the cosine of the sun's zenith angle there.
+    pub fn ground_light(&self, dir: DVec3, distance: f64, shift: usize) -> ([DVec3; 2], f64) {
         let turned =
             (PLANET_RADIUS + self.altitude()) * self.sun().y + distance * dir.dot(self.sun());
         let sun_mu = (turned / PLANET_RADIUS).clamp(-1.0, 1.0);
         let place = if sun_mu == 0.0 { 0.5 } else { sun_place(sun_mu) };
         let x = texel_centre(place, GROUND_SIZE[0].into());
-        let row =
-            |row: f64| self.ground.at([x, (row + 0.5) / f64::from(GROUND_SIZE[1]), 0.0], shift);
-        let light_of = row(1.0) * light[0] + row(2.0) * light[2];
-        let by_clouds = self.light_at(0.0, 0.0, shift) * light[1];
-        self.colour() / PI * (light_of * self.irradiance() / TABLE_SCALE + by_clouds)
+        let scale = self.irradiance() / TABLE_SCALE;
+        let row = |row: f64| {
+            self.ground.at([x, (row + 0.5) / f64::from(GROUND_SIZE[1]), 0.0], shift) * scale
+        };
+        ([row(1.0), row(2.0)], sun_mu)
     }
 
-    fn colour(&self) -> DVec3 {
+    fn on_ground(&self, dir: DVec3, distance: f64, light: [f64; 3], shift: usize) -> DVec3 {
+        let [direct, diffuse] = self.ground_light(dir, distance, shift).0;
+        let by_clouds = self.light_at(0.0, 0.0, shift) * light[1];
+        self.colour() / PI * (direct * light[0] + diffuse * light[2] + by_clouds)
+    }
+
+    pub fn colour(&self) -> DVec3 {
         let [r, g, b, _] = self.sky.ground_colour.map(f64::from);
         DVec3::new(r, g, b)
     }
