@@ -3,6 +3,7 @@
 
 use cumuli::frame::cpu::light;
 use cumuli::frame::gpu_data::Particle;
+use cumuli::medium::Phase;
 use cumuli::stress::MEDIA;
 use cumuli::tables::optical_depth::volume;
 use cumuli::tables::scattering::march;
@@ -332,4 +333,54 @@ fn order_1_along_a_chord() {
         "vec4(table_place(x[0], x[1]), 0.0, 0.0, 0.0)",
     )
     .agrees(&places, 4.0, |[at, nodes]| one((at * (nodes - 1.0) + 0.5) / nodes));
+}
+
+/// Light that f32 may lose: it ends at 1e-38, before a phase function of up to 1e4.
+const DARK: f64 = 1e-33;
+
+/// Into the unit sphere, through its centre, along its surface; into the sun, away from it, and anywhere; then the
+/// optical radius.
+fn lit_ray(random: &mut Random) -> [f32; 10] {
+    let (entry, any, sun) = (random.direction(), random.direction(), random.direction());
+    let dir = match random.bits() % 16 {
+        0 => -entry,
+        1 => any.cross(entry).normalize(),
+        _ if any.dot(entry) > 0.0 => -any,
+        _ => any,
+    };
+    let sun = match random.bits() % 16 {
+        0 => dir,
+        1 => -dir,
+        2 | 3 => (dir + 0.01 * sun).normalize(),
+        _ => sun,
+    };
+    let [[a, b, c], [d, e, f], [g, h, i]] = [entry, dir, sun].map(|v| v.as_vec3().to_array());
+    [a, b, c, d, e, f, g, h, i, magnitude(random, 1e-3, 1e3)]
+}
+
+#[test]
+fn light_of_a_particle_alone() {
+    let (tables, on_device) = (tables(), tables_on_device());
+    let groups = [(on_device.layout(), on_device.bind_group())];
+    let phase = Phase::hg(0.85).expect("a phase function");
+    let table = tables.scattering_for(&phase, 1.0).expect("one of the built-in media");
+    // Filters that keep 8 bits of the weights: neighbours differ by less than 1 in the logarithm, 4 are weighted.
+    let filter = 0.01 / STEP;
+    // Order 1 reads no table.
+    let cases = [("order 1", 0, 512.0), ("terminator", 1, filter)];
+    let rays = many(175, lit_ray);
+    for (what, channel, most) in cases {
+        let field = ["x", "y"][channel];
+        let call = format!(
+            "vec4(scattering_source(vec3(x[0], x[1], x[2]), vec3(x[3], x[4], x[5]), vec3(x[6], x[7], x[8]), x[9]).{field}, 0.0, 0.0, 0.0)"
+        );
+        let name = format!("scattering::scattering_source, {what}");
+        Function::new(&name, "#import cumuli::scattering::scattering_source", &call)
+            .reading(&groups)
+            .of_terms(DARK / STEP)
+            .agrees(&rays, most, |x| {
+                let [entry, dir, sun] = [0, 3, 6].map(|i| DVec3::new(x[i], x[i + 1], x[i + 2]));
+                one(table.lookup(entry, dir, sun, x[9])[channel])
+            });
+    }
 }
