@@ -37,7 +37,7 @@ const FIELDS: [Field; 4] = [
 
 /// Rays of all kinds, each tenth one degenerate: grazing, through the centre, into the sun, away
 /// from it.
-fn rays(effort: &Effort, table: &ScatteringTable) -> Vec<SampleRay> {
+pub(super) fn rays(effort: &Effort, table: &ScatteringTable) -> Vec<SampleRay> {
     let count = effort.chords;
     let make = |number: u64| {
         let mut random = Random::new(effort.seed, 4, number);

@@ -6,6 +6,7 @@ pub mod draws;
 pub mod energy;
 pub mod monte_carlo;
 pub mod order;
+mod precision;
 pub mod quadrature;
 mod row;
 
@@ -178,6 +179,7 @@ fn check(tables: &TableSet, gpu: Option<&Gpu>, effort: &Effort) -> Result<Vec<Ro
         let rays = effort.radii(table).len() as u64 * effort.traced_rays;
         bar.start(rays, &format!("radiance, {medium}"));
         rows.extend(monte_carlo::rows(table, effort, || bar.advance(1)));
+        rows.extend(precision::rows(table, effort));
     }
     bar.start(1, "lookups on the device");
     rows.extend(device::rows(tables, gpu, effort)?);

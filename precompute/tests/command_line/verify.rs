@@ -90,6 +90,38 @@ fn light_from_nowhere_fails() {
 }
 
 #[test]
+fn what_f16_costs_is_told_of_tables_in_f32() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let path = dir.path().join("tables");
+    let tables = TableSet::embedded().expect("built-in tables");
+    let table = &tables.scattering()[0];
+    // A third of a step of f16 beside what it can hold, in logarithms from 4 to 8; more in smaller ones.
+    let values = table.values().iter().map(|v| v.to_f32() + 1.0 / 768.0).collect();
+    let table = ScatteringTable::from_precise_parts(
+        *table.phase(),
+        table.albedo(),
+        table.resolution(),
+        table.optical_radius_range(),
+        values,
+        table.report().clone(),
+    );
+    let shapes = tables.optical_depth()[..1].to_vec();
+    let media = vec![table.expect("a table")];
+    let set = TableSet::new(shapes, *tables.optical_depth_options(), media).expect("a set");
+    set.save(&path).expect("saved");
+    let in_f32 = rows(&path, &["--no-gpu", "--samples=500"]);
+    let costs = named(&in_f32, "f16 beside f32");
+    assert_eq!(costs.len(), 2, "largest and RMS");
+    for row in costs {
+        let error = row["error"].as_f64().expect("a number");
+        assert!(row["pass"] == true && error > 1e-4, "{row}");
+    }
+    let in_f16 = rows(&built_in(), &["--no-gpu", "--samples=500"]);
+    let told = |row: &Value| row["name"].as_str().is_some_and(|n| n.contains("f16"));
+    assert!(!in_f16.iter().any(told), "nothing is known of what was rounded before");
+}
+
+#[test]
 fn the_table_says_what_json_says() {
     let file = built_in().display().to_string();
     let options = ["verify", &file, "--quick", "--samples=500", "--no-gpu", "--seed=7"];

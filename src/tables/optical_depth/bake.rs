@@ -115,6 +115,27 @@ pub(super) fn weight(ray: &Ray, value: Vec4, central_matter: f32) -> Vec4 {
     Vec4::new(whole, moved, moved, 0.0) * ray.measure
 }
 
+/// The channels of the nodes before they are rounded to texels.
+pub(super) fn fitted(
+    shape: &Shape,
+    central_matter: f64,
+    grid: Grid,
+    options: &OpticalDepthOptions,
+    progress: &dyn Progress,
+) -> Vec<Vec4> {
+    let encode_ray = |ray: &Ray| {
+        let value = encode(&ray.density);
+        Target { value, weight: weight(ray, value, central_matter as f32) }
+    };
+    let draws = Draws { grid, per_cell: options.rays_per_cell, seed: options.seed };
+    // A step of the solution takes about as long as this many rows of chords.
+    let rows = (draws.rows() / ROWS_SHARE) as u64;
+    let steps = draws.rows() as u64 + rows * options.iterations as u64;
+    progress.start(steps, &format!("optical depth of {}", shape.spec()));
+    let samples = gather(shape, &HemisphereDisc, &draws, encode_ray, progress);
+    samples.fit(options.iterations, || progress.advance(rows))
+}
+
 impl OpticalDepthTable {
     /// Computes the table of a shape and measures its errors. The bytes depend on shape and
     /// options only, not on the number of threads.
@@ -127,17 +148,7 @@ impl OpticalDepthTable {
         let grid = options.check()?;
         let shape = Shape::new(spec);
         let central = central_matter(&shape);
-        let encode_ray = |ray: &Ray| {
-            let value = encode(&ray.density);
-            Target { value, weight: weight(ray, value, central as f32) }
-        };
-        let draws = Draws { grid, per_cell: options.rays_per_cell, seed: options.seed };
-        // A step of the solution takes about as long as this many rows of chords.
-        let rows = (draws.rows() / ROWS_SHARE) as u64;
-        let steps = draws.rows() as u64 + rows * options.iterations as u64;
-        progress.start(steps, &format!("optical depth of {spec}"));
-        let samples = gather(&shape, &HemisphereDisc, &draws, encode_ray, progress);
-        let channels = samples.fit(options.iterations, || progress.advance(rows));
+        let channels = fitted(&shape, central, grid, options, progress);
         let texels = channels.into_iter().map(pack).collect();
         let (mean, volume) = (shape.mean_density(), DensityVolume::of(&shape));
         let mut table = Self::from_parts(spec, mean, volume, grid, texels, Default::default())?;

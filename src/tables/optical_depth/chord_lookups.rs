@@ -134,10 +134,25 @@ pub fn lookup_times(gpu: &Gpu, chords: &[TestChord]) -> Result<Vec<LookupTime>> 
 #[cfg(test)]
 mod tests {
     use super::super::alternatives::{LinearAngles, TwoPoints};
+    use super::super::encoding::unpack;
+    use super::super::grid::filtered;
     use super::super::mapping::ChordMapping;
     use super::super::measure::test_chords;
     use super::*;
     use crate::medium::Shape;
+    use glam::Vec4;
+
+    /// Devices filter with 8 bits of the place between two texels, which differ by 1 at most.
+    const FILTERED: f32 = 4e-3;
+
+    /// Prints the largest and asserts that it is below a bound.
+    #[track_caller]
+    fn below(what: &str, off: impl Iterator<Item = f32>, most: f32) {
+        let worst =
+            off.fold(0.0f32, |worst, off| if off > worst || off.is_nan() { off } else { worst });
+        println!("{what}: {worst:.1e}");
+        assert!(worst < most, "{what}: {worst}");
+    }
 
     /// Neighbours on a circle.
     fn apart(a: f64, b: f64) -> f64 {
@@ -168,14 +183,51 @@ mod tests {
             println!("{entry_point}: {worst:e}");
             assert!(worst < most, "{entry_point}: {worst}");
         }
-        // A march of the steps of the table files finds their mean.
-        device.run(&kernel, "by_march");
-        let found = device.answers(chords.len()).expect("answers");
+        // What is looked up there, for chords of which the device's own places are taken.
         let tables = TableSet::embedded().expect("built-in tables");
-        for (chord, found) in chords.iter().zip(found) {
-            let mean = tables.chord_profile(1, chord.entry, chord.exit).mean_density;
-            // Bytes are filtered with 8 bits of the place between two of them.
-            assert!((found[0] - mean).abs() < 4e-3, "{} {mean}", found[0]);
+        let table = &tables.optical_depth()[0];
+        let texel = |node| unpack(table.texels()[node]);
+        let fetched = [
+            ("by_linear_angles", "place_of_linear_angles"),
+            ("by_two_points", "place_of_two_points"),
+        ];
+        for (entry_point, place) in fetched {
+            device.run(&kernel, place);
+            let places = device.answers(chords.len()).expect("answers");
+            device.run(&kernel, entry_point);
+            let found = device.answers(chords.len()).expect("answers");
+            let off = places.iter().zip(&found).map(|(at, found)| {
+                let at = at.map(|x| f64::from(x).clamp(0.0, 1.0));
+                let expected = filtered(&table.grid(), at, texel);
+                (Vec4::from_array(*found) - expected).abs().max_element()
+            });
+            below(entry_point, off, FILTERED);
+        }
+        device.run(&kernel, "by_disc");
+        let found = device.answers(chords.len()).expect("answers");
+        let off = chords.iter().zip(&found).map(|(chord, found)| {
+            let step = table.step(chord.entry, chord.exit);
+            // Chords of any length: where one has no direction in f32, no matter is on it.
+            (found[0] - step.mean_density).abs() * (chord.exit - chord.entry).length() as f32
+        });
+        below("by_disc", off, 2.0 * FILTERED);
+        device.run(&kernel, "nothing");
+        let found = device.answers(chords.len()).expect("answers");
+        for (chord, found) in chords.iter().zip(&found) {
+            let sum = chord.entry.as_vec3() + chord.exit.as_vec3();
+            assert_eq!(*found, sum.extend(0.0).to_array());
+        }
+        for steps in [8, 16, BINS] {
+            let kernel = device.kernel(steps).expect("a kernel");
+            device.run(&kernel, "by_march");
+            let found = device.answers(chords.len()).expect("answers");
+            let off = chords.iter().zip(&found).map(|(chord, found)| {
+                let place = |i: usize| (i as f64 + 0.5) / steps as f64;
+                let density = |i| table.density(chord.entry.lerp(chord.exit, place(i)), 0);
+                let mean = (0..steps).map(density).sum::<f64>() / steps as f64;
+                (f64::from(found[0]) - mean).abs() as f32
+            });
+            below(&format!("by_march, {steps} steps"), off, FILTERED);
         }
     }
 }

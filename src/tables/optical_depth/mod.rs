@@ -40,6 +40,8 @@ pub mod grid;
 pub mod lookup;
 pub mod mapping;
 pub mod measure;
+#[cfg(test)]
+mod precision_tests;
 pub mod random;
 pub mod rays;
 mod table;

@@ -3,13 +3,14 @@
 
 use cumuli::frame::cpu::light;
 use cumuli::frame::gpu_data::Particle;
+use cumuli::medium::Phase;
 use cumuli::stress::MEDIA;
 use cumuli::tables::optical_depth::volume;
 use cumuli::tables::scattering::march;
 use glam::{DQuat, DVec3};
 
 use super::{Function, STEP, magnitude, many, one};
-use crate::common::tables;
+use crate::common::{Random, tables};
 use crate::light::tables_on_device;
 
 #[test]
@@ -141,6 +142,125 @@ fn densities_of_shapes() {
     .agrees(&words, 0.0, |bins| one(1000.0 + bins.map(f64::round).iter().sum::<f64>()));
 }
 
+/// Two points of the unit sphere: chords of any length above a thousandth, below which f32 loses the direction; through
+/// the centre, along the axes, and where a line's direction turns over.
+fn chord(random: &mut Random) -> [f32; 6] {
+    let entry = random.direction();
+    let exit = match random.bits() % 16 {
+        0 => -entry,
+        1 => DVec3::new(entry.x, entry.y, -entry.z),
+        2 => DVec3::new(-entry.x, entry.y, entry.z),
+        3 => (entry + f64::from(magnitude(random, 2e-3, 1.0)) * random.direction()).normalize(),
+        _ => random.direction(),
+    };
+    let exit = if entry.distance(exit) < 1e-3 { -entry } else { exit };
+    let ([a, b, c], [d, e, f]) = (entry.as_vec3().to_array(), exit.as_vec3().to_array());
+    [a, b, c, d, e, f]
+}
+
+#[test]
+fn chords_of_shapes() {
+    let (tables, on_device) = (tables(), tables_on_device());
+    let shapes = tables.shape_names().count() as u64;
+    let groups = [(on_device.layout(), on_device.bind_group())];
+    // A shape, then two ends.
+    let chords = many(171, |r| {
+        let ([a, b, c, d, e, f], shape) = (chord(r), r.bits() % shapes);
+        [shape as f32, a, b, c, d, e, f]
+    });
+    let ends = |x: &[f64]| [DVec3::new(x[0], x[1], x[2]), DVec3::new(x[3], x[4], x[5])];
+    // Neighbours in the table differ by half at most, on four axes of which one is blended in the shader.
+    Function::new(
+        "optical_depth::chord_step, table_channels",
+        "#import cumuli::optical_depth::{ChordStep, chord_step}
+        fn asked(x: array<f32, 7>) -> vec4<f32> {
+            let found = chord_step(u32(x[0]), vec3(x[1], x[2], x[3]), vec3(x[4], x[5], x[6]));
+            return vec4(found.mean_density, found.start, 1.0 / found.inverse_extent, found.smoothness);
+        }",
+        "asked(x)",
+    )
+    .reading(&groups)
+    .of_terms(1.0)
+    .agrees(&chords, 2.0 * 4.0 * 0.5 / 256.0 / STEP, |x| {
+        let [entry, exit] = ends(&x[1..]);
+        let step = tables.chord_step(x[0].round() as u32, entry, exit);
+        [step.mean_density, step.start, 1.0 / step.inverse_extent, step.smoothness].map(f64::from)
+    });
+    // Three places between densities that differ by 1 at most.
+    let parts = many(172, |r| {
+        let ([a, b, c, d, e, f], shape) = (chord(r), r.bits() % shapes);
+        let (begin, end) = (r.uniform() as f32, r.uniform() as f32);
+        [shape as f32, a, b, c, d, e, f, begin.min(end), begin.max(end)]
+    });
+    Function::new(
+        "optical_depth::chord_part",
+        "#import cumuli::optical_depth::chord_part
+        fn asked(x: array<f32, 9>) -> vec4<f32> {
+            let part = chord_part(u32(x[0]), vec3(x[1], x[2], x[3]), vec3(x[4], x[5], x[6]), x[7], x[8]);
+            return vec4(part.x, part.x * part.y, part.x * part.z, 0.0);
+        }",
+        "asked(x)",
+    )
+    .reading(&groups)
+    .of_terms(1.0)
+    .agrees(&parts, 3.0 / 256.0 / STEP, |x| {
+        let [entry, exit] = ends(&x[1..7]);
+        let profile = tables.chord_profile(x[0].round() as u32, entry, exit);
+        let mean = f64::from(profile.mean_density);
+        let before = [x[7], x[8]].map(|t| mean * f64::from(profile.fraction(t as f32)));
+        [mean, before[0], before[1], 0.0]
+    });
+    let copies = many(173, |r| {
+        let ([a, b, c, d, e, f], shape) = (chord(r), r.bits() % shapes);
+        [shape as f32, a, b, c, d, e, f, (r.bits() % 3) as f32]
+    });
+    Function::new(
+        "optical_depth::chord_profile, march_bins, march_between",
+        "#import cumuli::optical_depth::chord_profile
+        fn asked(x: array<f32, 8>) -> f32 {
+            return chord_profile(u32(x[0]), vec3(x[1], x[2], x[3]), vec3(x[4], x[5], x[6]), u32(x[7])).mean_density;
+        }",
+        "vec4(asked(x), 0.0, 0.0, 0.0)",
+    )
+    .reading(&groups)
+    .of_terms(1.0)
+    .agrees(&copies, 3.0 / 256.0 / STEP, |x| {
+        let [entry, exit] = ends(&x[1..7]);
+        let (shape, copy) = (x[0].round() as u32, x[7].round() as usize);
+        one(tables.copied_profile(shape, entry, exit, copy).mean_density.into())
+    });
+    // Noise shapes alone: the shader asks before it takes these. Every other place is not wanted.
+    let marches = many(174, |r| {
+        let begin = r.direction() * r.between(0.0, 0.7);
+        let along = r.direction() * r.between(0.0, 0.3);
+        let ([a, b, c], [d, e, f]) = (begin.as_vec3().to_array(), along.as_vec3().to_array());
+        let shape = 1 + r.bits() % (shapes - 1);
+        [shape as f32, a, b, c, d, e, f, (r.bits() % 3) as f32, r.uniform() as f32]
+    });
+    Function::new(
+        "optical_depth::densities",
+        "#import cumuli::optical_depth::{densities, march_from}
+        fn asked(x: array<f32, 9>) -> vec4<f32> {
+            let m = march_from(u32(x[0]), vec3(x[1], x[2], x[3]), vec3(x[4], x[5], x[6]), u32(x[7]));
+            let even = fract(x[8] * 64.0) < 0.5;
+            return densities(m, vec4(0.0, x[8], 1.0 - x[8], 1.0), vec4(even, !even, even, !even));
+        }",
+        "asked(x)",
+    )
+    .reading(&groups)
+    .of_terms(1.0)
+    .agrees(&marches, 3.0 / 256.0 / STEP, |x| {
+        let [begin, along] = ends(&x[1..7]);
+        let even = (x[8] * 64.0).fract() < 0.5;
+        let at = |t: f64, wanted: bool| {
+            let place = begin + t * along;
+            let copy = x[7].round() as usize;
+            if wanted { tables.density(x[0].round() as u32, place, copy) } else { 0.0 }
+        };
+        [at(0.0, even), at(x[8], !even), at(1.0 - x[8], even), at(1.0, !even)]
+    });
+}
+
 #[test]
 fn a_line_of_light_through_a_particle() {
     let (tables, on_device) = (tables(), tables_on_device());
@@ -213,4 +333,54 @@ fn order_1_along_a_chord() {
         "vec4(table_place(x[0], x[1]), 0.0, 0.0, 0.0)",
     )
     .agrees(&places, 4.0, |[at, nodes]| one((at * (nodes - 1.0) + 0.5) / nodes));
+}
+
+/// Light that f32 may lose: it ends at 1e-38, before a phase function of up to 1e4.
+const DARK: f64 = 1e-33;
+
+/// Into the unit sphere, through its centre, along its surface; into the sun, away from it, and anywhere; then the
+/// optical radius.
+fn lit_ray(random: &mut Random) -> [f32; 10] {
+    let (entry, any, sun) = (random.direction(), random.direction(), random.direction());
+    let dir = match random.bits() % 16 {
+        0 => -entry,
+        1 => any.cross(entry).normalize(),
+        _ if any.dot(entry) > 0.0 => -any,
+        _ => any,
+    };
+    let sun = match random.bits() % 16 {
+        0 => dir,
+        1 => -dir,
+        2 | 3 => (dir + 0.01 * sun).normalize(),
+        _ => sun,
+    };
+    let [[a, b, c], [d, e, f], [g, h, i]] = [entry, dir, sun].map(|v| v.as_vec3().to_array());
+    [a, b, c, d, e, f, g, h, i, magnitude(random, 1e-3, 1e3)]
+}
+
+#[test]
+fn light_of_a_particle_alone() {
+    let (tables, on_device) = (tables(), tables_on_device());
+    let groups = [(on_device.layout(), on_device.bind_group())];
+    let phase = Phase::hg(0.85).expect("a phase function");
+    let table = tables.scattering_for(&phase, 1.0).expect("one of the built-in media");
+    // Filters that keep 8 bits of the weights: neighbours differ by less than 1 in the logarithm, 4 are weighted.
+    let filter = 0.01 / STEP;
+    // Order 1 reads no table.
+    let cases = [("order 1", 0, 512.0), ("terminator", 1, filter)];
+    let rays = many(175, lit_ray);
+    for (what, channel, most) in cases {
+        let field = ["x", "y"][channel];
+        let call = format!(
+            "vec4(scattering_source(vec3(x[0], x[1], x[2]), vec3(x[3], x[4], x[5]), vec3(x[6], x[7], x[8]), x[9]).{field}, 0.0, 0.0, 0.0)"
+        );
+        let name = format!("scattering::scattering_source, {what}");
+        Function::new(&name, "#import cumuli::scattering::scattering_source", &call)
+            .reading(&groups)
+            .of_terms(DARK / STEP)
+            .agrees(&rays, most, |x| {
+                let [entry, dir, sun] = [0, 3, 6].map(|i| DVec3::new(x[i], x[i + 1], x[i + 2]));
+                one(table.lookup(entry, dir, sun, x[9])[channel])
+            });
+    }
 }
