@@ -55,11 +55,12 @@ fn last_lit() -> u32 {
 // Cells at the border of a level over which it fades into the coarser one.
 const FADE_CELLS: f32 = 3.0;
 
-// 1 well inside of a level, 0 from half a cell within its border on.
+// 1 well inside of a level's sides, 0 from half a cell within them on. All levels have the same clouds between base and top:
+// above and below a finer one there is none that a coarser one would know.
 fn level_weight(level: GridLevel, point: vec3<f32>) -> f32 {
-    let at = (point - level.low.xyz) / level.cell.xyz;
-    let margin = min(at, vec3<f32>(level.size.xyz) - at) - 0.5;
-    return saturate(min(margin.x, min(margin.y, margin.z)) / FADE_CELLS);
+    let at = (point.xz - level.low.xz) / level.cell.xz;
+    let margin = min(at, vec2<f32>(level.size.xz) - at) - 0.5;
+    return saturate(min(margin.x, margin.y) / FADE_CELLS);
 }
 
 // Where a point lies in the texture, in texels.
@@ -111,8 +112,7 @@ fn ground_shares(point: vec3<f32>) -> vec2<f32> {
     let row = f32(textureDimensions(light_field).y) - 0.5;
     for (var l = 0u; l <= last; l++) {
         let level = light_grid.level[l];
-        let middle = level.low.y + 0.5 * f32(level.size.y) * level.cell.y;
-        let weight = select(level_weight(level, vec3(point.x, middle, point.z)), 1.0, l == last);
+        let weight = select(level_weight(level, point), 1.0, l == last);
         if weight > 0.0 {
             let texel = texel_of(level, point);
             sum += left * weight * texels_at(vec3(texel.x, row, texel.z)).xy;

@@ -5,7 +5,7 @@ use cumuli::frame::gpu_data::{GridLevel, LightGridUniforms, LightView};
 use cumuli::frame::view::warped;
 use cumuli::gpu::buffers;
 use cumuli::medium::{Halo, Phase, Truncation};
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4, Vec3Swizzles};
 use half::f16;
 
 use super::{Function, STEP, magnitude, many, one};
@@ -350,7 +350,7 @@ impl Field {
             [level.low, level.cell].map(|v| DVec3::new(v[0].into(), v[1].into(), v[2].into()));
         let size = DVec3::new(level.size[0].into(), level.size[1].into(), level.size[2].into());
         let at = (point - low) / side;
-        ((at.min(size - at).min_element() - 0.5) / 3.0).clamp(0.0, 1.0)
+        ((at.xz().min((size - at).xz()).min_element() - 0.5) / 3.0).clamp(0.0, 1.0)
     }
 
     fn level_of(&self, point: DVec3) -> usize {

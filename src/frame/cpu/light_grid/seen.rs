@@ -1,6 +1,6 @@
 //! Twin of `shaders/shared/light_field.wgsl`.
 
-use glam::{DVec3, DVec4};
+use glam::{DVec3, DVec4, Vec3Swizzles};
 
 use super::cells::{corners, index, low, side};
 use crate::frame::gpu_data::{GridLevel, LightGridUniforms};
@@ -54,7 +54,7 @@ impl FieldSeen {
     /// What the clouds leave of the light of the ground below a point relative to the eye, over that
     /// of bare ground: lit by the sun, by the sky.
     pub fn ground_shares(&self, point: DVec3) -> [f64; 2] {
-        let sum = self.sum(point + self.eye, true, |l, corners| {
+        let sum = self.sum(point + self.eye, |l, corners| {
             let row = self.uniforms.level[l].size[0] as usize;
             let share = |[x, _, z]: [usize; 3]| self.shares[l][z * row + x];
             corners.iter().map(|(c, w)| *w * DVec3::new(share(*c)[0], share(*c)[1], 0.0)).sum()
@@ -64,18 +64,17 @@ impl FieldSeen {
 
     /// At a point relative to the eye: light of the three kinds.
     pub fn at(&self, point: DVec3) -> DVec3 {
-        self.sum(point + self.eye, false, |l, corners| {
+        self.sum(point + self.eye, |l, corners| {
             let level = &self.uniforms.level[l];
             let light: DVec4 = corners.iter().map(|(c, w)| *w * self.field[index(level, *c)]).sum();
             light.truncate() / light.w.max(1e-3)
         })
     }
 
-    /// Of all levels, at a point relative to the anchor, or at the middle height of each.
+    /// Of all levels, at a point relative to the anchor.
     fn sum(
         &self,
         point: DVec3,
-        in_the_middle: bool,
         of_level: impl Fn(usize, &[([usize; 3], f64); 8]) -> DVec3,
     ) -> DVec3 {
         let (mut sum, mut left) = (DVec3::ZERO, 1.0);
@@ -87,9 +86,8 @@ impl FieldSeen {
         for l in 0..=last {
             let level = self.uniforms.level[l];
             let size = DVec3::new(level.size[0].into(), level.size[1].into(), level.size[2].into());
-            let mut at = (point - low(&level)) / side(&level);
-            at.y = if in_the_middle { 0.5 * size.y } else { at.y };
-            let margin = at.min(size - at).min_element() - 0.5;
+            let at = (point - low(&level)) / side(&level);
+            let margin = at.xz().min((size - at).xz()).min_element() - 0.5;
             let weight = if l == last { 1.0 } else { (margin / FADE_CELLS).clamp(0.0, 1.0) };
             if weight > 0.0 {
                 let held = low(&level) + at.clamp(DVec3::splat(0.5), size - 0.5) * side(&level);
