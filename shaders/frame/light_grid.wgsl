@@ -175,8 +175,8 @@ fn to_sides(level: GridLevel, origin: vec3<f32>, rate: vec3<f32>) -> f32 {
 }
 
 // Optical depth towards the sun from where a ray through the middle of a cell leaves it: from cell to cell
-// (Amanatides and Woo 1987), and on through the coarser levels beside. Above and below a level there is no matter,
-// only that which coarser cells spread to there.
+// (Amanatides and Woo 1987), and on through the coarser levels beside. Above and below a level of a field there is
+// no matter but of listed particles, only that which coarser cells spread to there.
 fn sun_depth(inner: u32, own: vec3<u32>) -> f32 {
     let sun = grid.sun.xyz;
     let origin = cell_centre(grid.level[inner], vec3<f32>(own));
@@ -211,7 +211,7 @@ fn sun_depth(inner: u32, own: vec3<u32>) -> f32 {
             cell += select(vec3(0), turn, goes);
             next += select(vec3(0.0), across, goes);
         }
-        t = max(t, to_sides(level, origin, rate));
+        t = max(t, select(to_sides(level, origin, rate), 0.0, grid.has_above != 0u));
     }
     return depth;
 }

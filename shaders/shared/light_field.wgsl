@@ -138,7 +138,7 @@ fn level_of(point: vec3<f32>) -> u32 {
 const LEAST_EXTINCTION: f32 = 1e-30;
 
 // Levels on which the matter around a particle is looked for: the finest that holds it, and coarser
-// ones, so that a particle just before a cloud counts as part of it.
+// ones, also those whose light is not looked up, so that a particle just before a cloud counts as part of it.
 const CROWD_LEVELS: u32 = 3u;
 
 // Extinction of all matter around a point (1/m) over that of one particle if it were alone there: its

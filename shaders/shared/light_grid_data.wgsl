@@ -30,9 +30,9 @@ struct LightGridUniforms {
     kept_room: u32,       // of all cells that keep light, with these
     axes: u32,            // pairs of opposite directions of travel
     widest: u32,          // level beyond which none reaches farther to the sides
+    has_above: u32,       // 1: there may be matter above and below the clouds of a field, of listed particles
     padding_a: u32,
     padding_b: u32,
-    padding_c: u32,
     sky: array<vec4<f32>, 4>,   // light from above by pairs of directions, over that of an even sky, less 1
     axis: array<vec4<f32>, 16>, // xyz: the first of a pair; w: share of the sphere that each of both stands for
     level: array<GridLevel, 10>,

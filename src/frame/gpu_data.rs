@@ -294,12 +294,12 @@ gpu_struct! {
         axes: u32,
         /// The level beyond which none reaches farther to the sides.
         widest: u32,
+        /// 1: there may be matter above and below the clouds of a field, of listed particles.
+        has_above: u32,
         /// Unused.
         padding_a: u32,
         /// Unused.
         padding_b: u32,
-        /// Unused.
-        padding_c: u32,
         /// Light from above by pairs of directions, over that of an even sky, less 1.
         sky: [[f32; 4]; MOST_AXES / 4],
         /// x, y, z: the first direction of a pair; w: share of the sphere that each of both stands for.

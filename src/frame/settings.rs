@@ -196,7 +196,7 @@ pub struct Quality {
 }
 
 /// Steps of the light grid's solution a frame of a stream. In preset high a step takes about 200 ms of
-/// both cores in software, a solution 30 steps; an epoch of a default field is 3.5 s.
+/// both cores in software, a solution 21 steps; an epoch of a default field is 3.5 s.
 const LIVE_SLICE: u32 = 2;
 
 impl Quality {
@@ -273,7 +273,7 @@ impl Preset {
                 grid: GridSettings {
                     fineness: 2.2,
                     directions: Directions::ThirtyTwo,
-                    turns: [33, 4],
+                    turns: [65, 5],
                     slice: 0,
                     draft: false,
                 },

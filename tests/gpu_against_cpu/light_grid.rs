@@ -16,14 +16,18 @@ const SIZE: [u32; 2] = [16, 16];
 /// Largest difference of the field at random points around the eye, over the largest value: sun,
 /// above, all around, depth.
 fn difference(tables: &TableSet, scene: &Scene, time: f64, reach: DVec3) -> [f64; 5] {
-    let settings = RenderSettings { preset: Preset::Low, ..RenderSettings::default() };
+    differ(tables, scene, time, reach, Preset::Low)
+}
+
+fn differ(tables: &TableSet, scene: &Scene, time: f64, reach: DVec3, preset: Preset) -> [f64; 5] {
+    let settings = RenderSettings { preset, ..RenderSettings::default() };
     let mut renderer = Renderer::new(gpu(), tables, scene, &settings).expect("a renderer");
     renderer.frame(scene, time, SIZE).expect("a frame");
     let found = renderer.field().expect("the field");
 
     let shapes = Shapes::new(tables);
     let truncation = Truncation::new(&scene.medium.phase);
-    let quality = Preset::Low.quality();
+    let quality = preset.quality();
     let inputs = GridInputs::new(
         scene,
         &shapes,
@@ -101,6 +105,22 @@ fn clump(albedo: f64) -> Scene {
 fn the_light_of_a_clump_is_that_of_the_twin() {
     let off = difference(tables(), &clump(1.0), 0.0, DVec3::splat(600.0));
     println!("clump: {off:?}");
+    assert!(
+        off[0] < LIGHT && off[1] < LIGHT && off[2] < UNIFORM && off[3].max(off[4]) < SHARES,
+        "{off:?}"
+    );
+}
+
+/// All directions, with weights of their own, under a sky that is brighter on one side.
+#[test]
+fn the_light_of_many_directions_is_that_of_the_twin() {
+    let mut scene = clump(1.0);
+    scene.particles.truncate(12);
+    scene.particles.iter_mut().for_each(|p| p.shape = "uniform".to_owned());
+    scene.sky = Sky::Atmosphere;
+    scene.sun.direction = DVec3::new(0.9, 0.1, 0.2).normalize();
+    let off = differ(tables(), &scene, 0.0, DVec3::splat(600.0), Preset::High);
+    println!("32 directions: {off:?}");
     assert!(
         off[0] < LIGHT && off[1] < LIGHT && off[2] < UNIFORM && off[3].max(off[4]) < SHARES,
         "{off:?}"

@@ -9,7 +9,7 @@ use super::levels::{GridRoom, Levels, fitting, of_list};
 use super::pass::light_words;
 use super::sky_light::unevenness;
 use crate::Result;
-use crate::frame::gpu_data::{GRID_LEVELS, GridLevel, LightGridUniforms, Particle};
+use crate::frame::gpu_data::{GRID_LEVELS, LightGridUniforms, Particle};
 use crate::frame::population::Shapes;
 use crate::frame::renderer::sky_inputs;
 use crate::frame::rings::PlacedField;
@@ -122,9 +122,11 @@ const LIST_TURNS: u32 = 33;
 /// Turns of each finer level over listed particles, at least. The lit side of eight coincident isotropic spheres of
 /// thickness 40, seen over its traced light: with 3 turns 0.86; the bound of the test is a tenth.
 const LIST_FINER_TURNS: u32 = 5;
+/// Turns of a coarsest level with about as many cells as the others, at most: each costs as much as theirs.
+const LARGE_TURNS: u32 = 9;
 /// Cells over those of the largest level up to which a step of a level is less than a step: a list's next coarser level
-/// has an eighth, those of a field have about as many each.
-const SMALL_LEVEL: f64 = 0.25;
+/// has an eighth, and those over a field's last ring; those of its rings have about as many each.
+pub(super) const SMALL_LEVEL: f64 = 0.25;
 /// Steps of a field's coverage, and factor on its extinction, up to which its light may stand for that of the
 /// other for some frames: a slider that is drawn does not begin anew with each of them.
 const COVERAGE_STEP: f64 = 0.05;
@@ -148,8 +150,7 @@ impl GridInputs {
             scene.clouds.as_ref().map_or(0.0, |f| f.evolution_time / STEPS_PER_TURNOVER);
         let scale = truncation.scale(scene.medium.albedo);
         let words = light_words(scene.medium.albedo);
-        let axes = settings.directions.axes();
-        let fine = (settings.fineness, 2 * axes.len() as u32);
+        let fine = (settings.fineness, settings.directions.count());
         let (levels, epoch, start, wind) = match &scene.clouds {
             Some(field) => {
                 let epoch = (time / epoch_length).floor() * epoch_length;
@@ -166,7 +167,7 @@ impl GridInputs {
                 };
                 (levels, epoch, start, field.wind)
             }
-            None => match of_list(&scene.particles, fine) {
+            None => match of_list(&scene.particles, fine, words) {
                 Some(levels) => {
                     let anchor = levels.anchor;
                     (levels, 0.0, anchor, DVec3::ZERO)
@@ -194,10 +195,12 @@ impl GridInputs {
         uniforms.sun = [x, y, z, -levels.anchor.y as f32];
         let altitude =
             scene.clouds.as_ref().map_or(levels.anchor.y, |f| f.base + 0.5 * f.thickness);
+        let axes = Directions::with_axes(levels.directions / 2).unwrap_or_default().axes();
         let sky = unevenness(&sky_inputs(scene), altitude, axes);
         uniforms.sky.as_flattened_mut()[..sky.len()].copy_from_slice(&sky);
         uniforms.axes = axes.len() as u32;
         uniforms.widest = levels.widest as u32;
+        uniforms.has_above = u32::from(clouds.is_some() && !listed.is_empty());
         for (slot, axis) in uniforms.axis.iter_mut().zip(axes) {
             *slot = axis.as_vec4().to_array();
         }
@@ -221,6 +224,8 @@ impl GridInputs {
         }
         let [coarsest, finer] = settings.turns;
         let turns = match clouds {
+            // Fields of as many rings as there may be levels have none that is coarse.
+            Some(_) if !levels.has_small_coarsest() => [coarsest.min(LARGE_TURNS), finer],
             Some(_) => [coarsest, finer],
             None => [coarsest.max(LIST_TURNS), finer.max(LIST_FINER_TURNS)],
         };
@@ -285,11 +290,9 @@ impl GridInputs {
     /// Step after the next `slice` ones from `done` on, where those of a level that is small over the largest one
     /// count by its cells; at least one.
     pub fn steps_within(&self, done: u32, slice: u32) -> u32 {
-        let cells = |level: &GridLevel| f64::from(level.size[..3].iter().product::<u32>());
         let levels = &self.levels.levels;
-        let most = levels.iter().map(cells).fold(1.0, f64::max);
         let of_level = |l: usize| {
-            let share = cells(&levels[l]) / most;
+            let share = self.levels.over_largest(l);
             let work = if share <= SMALL_LEVEL { share } else { 1.0 };
             std::iter::repeat_n(work, self.turns_of(l) as usize)
         };

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::inputs::SMALL_LEVEL;
 use crate::frame::gpu_data::{GRID_LEVELS, GridLevel};
 use crate::frame::rings;
 use crate::scene::{CloudField, ParticleSpec};
@@ -12,16 +13,17 @@ const CELLS_PER_RADIUS: f64 = 2.5;
 /// Cells along the longest axis of listed particles, at least: a few large particles have light and dark sides,
 /// too.
 const LEAST_ALONG: f64 = 32.0;
-/// Optical depth of a cell in listed particles of fineness 1, at most, as far as the cells of that many go: surfaces of
-/// thick balls are where all is that one sees of them.
+/// Optical depth of a cell in listed particles at fineness 1, by the extinction of the medium as it is, at most, as far as that
+/// many cells go: one sees of thick balls what is near their surfaces. Five balls of thickness 60 mirrored in the sea, cells of 7 and
+/// of 2.6 optical depths: 1.06 and 1.02 of the traced light, below the steepest rays 1.20 and 1.15
+/// (`mirrored_clouds_are_as_bright_as_traced_ones`); seen directly 0.89 and 0.88.
 const CELL_DEPTH: f64 = 2.0;
 const DEEP_CELLS: f64 = 12_000.0;
 /// Most cells along an axis of a level.
 const MOST_ALONG: f64 = 384.0;
 /// Most cells of the finest level over listed particles.
 const MOST_CELLS: f64 = 450_000.0;
-/// Cells of the coarsest level over listed particles, along its longest axis: few enough for light
-/// to cross it in a few steps.
+/// Cells of the coarsest level along its longest axis: few enough for light to cross it in a few steps.
 const COARSEST_ALONG: f64 = 9.0;
 /// Least number of cells of a field's level between base and top.
 const LEAST_LAYERS: f64 = 6.0;
@@ -43,8 +45,11 @@ const MOST_ALONG_TEXTURE: u32 = 2048;
 const MOST_TEXELS: u64 = (128 << 20) / 8;
 /// Steps of a field's coverage in which the first guess of its room goes: a slider does not make new buffers each time.
 const GUESS_STEP: f64 = 0.25;
-/// By this the fineness goes down until the lights fit.
-const COARSER: f64 = 0.93;
+/// By this the fineness goes down until the lights fit: little, so that a preset which wants more has no less.
+const COARSER: f64 = 0.98;
+/// Directions, and the fineness from which on so many are better than fewer in finer cells (ARCHITECTURE.md).
+const FINE_ENOUGH: [(u32, f64); 2] = [(32, 1.35), (20, 0.9)];
+const FEWEST_DIRECTIONS: u32 = 12;
 
 /// The levels of a grid, fine to coarse, and the point in the world that they are relative to.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,6 +93,18 @@ impl Levels {
         self.levels.iter().map(|l| l.size).collect()
     }
 
+    /// Cells of a level over those of the largest.
+    pub fn over_largest(&self, level: usize) -> f64 {
+        let cells = |level: &GridLevel| f64::from(level.size[..3].iter().product::<u32>());
+        let most = self.levels.iter().map(cells).fold(1.0, f64::max);
+        self.levels.get(level).map_or(0.0, cells) / most
+    }
+
+    /// Whether the coarsest level has few cells.
+    pub fn has_small_coarsest(&self) -> bool {
+        self.over_largest(self.levels.len().saturating_sub(1)) <= SMALL_LEVEL
+    }
+
     /// Most cells along an axis of a level.
     pub fn longest(&self) -> u32 {
         self.levels.iter().flat_map(|l| &l.size[..3]).copied().max().unwrap_or(0)
@@ -96,7 +113,8 @@ impl Levels {
     /// Size of the texture that holds all levels, one above the other, and a row for their columns.
     pub fn texture_size(&self) -> [u32; 3] {
         let most = |axis: usize| self.levels.iter().map(|l| l.size[axis]).max().unwrap_or(1);
-        [most(0), most(1) + 1, self.levels.iter().map(|l| l.size[2]).sum::<u32>().max(1)]
+        // A row between: what is filtered has none of the other's.
+        [most(0), most(1) + 2, self.levels.iter().map(|l| l.size[2]).sum::<u32>().max(1)]
     }
 
     /// Coarser and coarser levels over all of the last one, until light crosses them in a few steps.
@@ -191,9 +209,8 @@ fn most_kept(field: &CloudField) -> f64 {
     (KEPT_BESIDE + coverage * wider).min(1.0)
 }
 
-/// Levels of a field as fine as this, or less fine where their lights, of so many words each, may be more than a
-/// device must be able to bind. `for_all`: even if every cell kept some.
-/// In a medium that absorbs, lights have two words: there preset ultra gets the cells of high.
+/// Levels of a field as fine as this, or with fewer directions and less fine where their lights, of so many words each,
+/// may be more than a device must be able to bind. `for_all`: even if every cell kept some.
 pub fn fitting(
     field: &CloudField,
     anchor: DVec3,
@@ -201,9 +218,26 @@ pub fn fitting(
     words: u32,
     for_all: bool,
 ) -> Levels {
+    fitted(field, anchor, (fineness, directions), words, for_all).0
+}
+
+/// The same with how fine they are.
+fn fitted(
+    field: &CloudField,
+    anchor: DVec3,
+    (wanted, most): (f64, u32),
+    words: u32,
+    for_all: bool,
+) -> (Levels, f64) {
     let share = if for_all { 1.0 } else { most_kept(field) };
-    let mut fineness = fineness;
+    let (mut fineness, mut directions) = (wanted, most);
     loop {
+        let fewer = FINE_ENOUGH.iter().find(|(count, _)| *count == directions);
+        if fewer.is_some_and(|(_, enough)| fineness < enough.min(wanted)) {
+            // From the start: fewer directions leave room for more cells.
+            let next = FINE_ENOUGH.iter().map(|(count, _)| *count).find(|c| *c < directions);
+            (fineness, directions) = (wanted, next.unwrap_or(FEWEST_DIRECTIONS));
+        }
         let levels = of_field(field, anchor, (fineness, directions));
         let slots = (share * f64::from(levels.cells())).ceil() as u32;
         // An entry for each cell, and its extinction.
@@ -213,7 +247,7 @@ pub fn fitting(
         let texels = u64::from(x) * u64::from(y) * u64::from(z);
         let has_texture = x.max(y).max(z) <= MOST_ALONG_TEXTURE && texels <= MOST_TEXELS;
         if lights.max(entries) <= MOST_WORDS && has_texture {
-            return levels;
+            return (levels, fineness);
         }
         fineness *= COARSER;
     }
@@ -233,7 +267,7 @@ pub fn of_field(field: &CloudField, anchor: DVec3, (fineness, directions): (f64,
         let low = field.base - 0.5 * largest.min(field.thickness);
         let high = field.base + field.thickness + largest.min(field.thickness);
         let height = side.min(field.thickness / LEAST_LAYERS).max((high - low) / MOST_ALONG);
-        let layers = ((high - low) / height).ceil().max(2.0);
+        let layers = ((high - low) / height).ceil();
         result.push(
             DVec3::new(-half * side, low, -half * side),
             DVec3::new(side, height, side),
@@ -245,9 +279,13 @@ pub fn of_field(field: &CloudField, anchor: DVec3, (fineness, directions): (f64,
     result
 }
 
-/// Levels for listed particles: a box around all of them at finer and finer cells. None for no
-/// particles.
-pub fn of_list(particles: &[ParticleSpec], (fineness, directions): (f64, u32)) -> Option<Levels> {
+/// Levels for listed particles: a box around all of them at finer and finer cells, whose lights, of so many words each, a
+/// device is able to bind. None for no particles.
+pub fn of_list(
+    particles: &[ParticleSpec],
+    (fineness, directions): (f64, u32),
+    words: u32,
+) -> Option<Levels> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (mut radii, mut weights, mut extinctions) = (0.0, 0.0, 0.0);
     for p in particles {
@@ -269,6 +307,19 @@ pub fn of_list(particles: &[ParticleSpec], (fineness, directions): (f64, u32)) -
     let wanted = of_particle.min(size.max_element() / LEAST_ALONG).min(of_depth) / fineness;
     let side = wanted.max(size.max_element() / MOST_ALONG).max((volume / MOST_CELLS).cbrt());
     let middle = 0.5 * (low + high);
+    let mut cell = side;
+    loop {
+        let levels = around(middle, size, cell, directions);
+        // Every cell may keep light.
+        if u64::from(words) * u64::from(levels.lights(levels.cells())) <= MOST_WORDS {
+            return Some(levels);
+        }
+        cell /= COARSER;
+    }
+}
+
+/// Levels of a box of this size, from cells of this side on.
+fn around(middle: DVec3, size: DVec3, side: f64, directions: u32) -> Levels {
     let mut result = Levels { anchor: middle, levels: Vec::new(), directions, widest: 0 };
     let mut cell = side;
     for _ in 0..GRID_LEVELS {
@@ -280,12 +331,13 @@ pub fn of_list(particles: &[ParticleSpec], (fineness, directions): (f64, u32)) -
         }
         cell *= 2.0;
     }
-    Some(result)
+    result
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::Preset;
 
     fn field(cell_size: f64, cells: u32, rings: u32, coverage: f64, thickness: f64) -> CloudField {
         CloudField { cell_size, cells, rings, coverage, thickness, ..CloudField::default() }
@@ -311,6 +363,62 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    /// What a device can bind takes fineness and directions, but never more of a preset that wants more.
+    #[test]
+    fn a_higher_preset_has_no_coarser_light() {
+        let usual = CloudField::default();
+        for coverage in [0.1, 0.25, 0.3, 0.5, 0.7, 0.85, 1.0] {
+            for words in [1, 2] {
+                let field =
+                    field(usual.cell_size, usual.cells, usual.rings, coverage, usual.thickness);
+                let of = |preset: Preset| {
+                    let grid = preset.quality().grid;
+                    let fine = (grid.fineness, grid.directions.count());
+                    let (levels, fineness) = fitted(&field, DVec3::ZERO, fine, words, false);
+                    (fineness, levels.directions)
+                };
+                for pair in Preset::ALL.windows(2) {
+                    let [(low, few), (high, many)] = [of(pair[0]), of(pair[1])];
+                    // More directions may cost cells, down to where they are not worth it; else what a step of the search leaves.
+                    let enough = FINE_ENOUGH.iter().find(|(count, _)| *count == many);
+                    let least = low.min(enough.map_or(low, |(_, fineness)| *fineness));
+                    assert!(high >= COARSER * least, "{coverage} {words} {pair:?}: {low} {high}");
+                    assert!(many >= few, "{coverage} {words} {pair:?}: {few} {many}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lists_fit_every_device() {
+        let ball = |x: f64, y: f64, radius: f64, extinction: f64| ParticleSpec {
+            centre: DVec3::new(x, y, 0.0),
+            radius,
+            extinction,
+            shape: "uniform".to_owned(),
+            orientation: glam::DQuat::IDENTITY,
+        };
+        for [along, up] in [[1.0, 1.0], [5.0, 1.0], [11.0, 1.0], [10.0, 10.0]] {
+            for extinction in [0.0, 1e-12, 0.05, 1e6] {
+                let list = [
+                    ball(0.0, 0.0, 1.0, extinction),
+                    ball(100.0 * along, 100.0 * up, 1.0, extinction),
+                ];
+                for words in [1, 2] {
+                    let levels = of_list(&list, (2.2, 32), words).expect("there are two");
+                    let lights = u64::from(levels.lights(levels.cells()));
+                    assert!(u64::from(words) * lights <= MOST_WORDS, "{along} {up} {lights}");
+                    assert!(levels.cells() > 1000, "{}", levels.cells());
+                }
+            }
+            let alone = of_list(&[ball(0.0, 0.0, 1.0, 1e6)], (1.7, 32), 1).expect("a ball");
+            assert!(
+                f64::from(alone.cells())
+                    < 1.5 * 1.7f64.powi(3) * f64::max(DEEP_CELLS, 32f64.powi(3))
+            );
         }
     }
 

@@ -38,8 +38,8 @@ struct Kept {
 static KEPT: Mutex<Option<Kept>> = Mutex::new(None);
 
 /// Light that comes from above along each axis, over that of a sky that is as bright everywhere, less 1; at least -1,
-/// their sum is 0. Altitude in m. With them sums over directions of travel have the moments of degrees 0 to 2 that
-/// the sky has, as nearly as six numbers can: those that the grid's phase function asks for.
+/// their sum by the axes' weights is 0. Altitude in m. With them sums over directions of travel have the moments of degrees 0 to 2 that
+/// the sky has, as nearly as one number an axis can: those that the grid's phase function asks for.
 /// The axes are those of `Directions`.
 pub fn unevenness(inputs: &SkyInputs, altitude: f64, axes: &'static [DVec4]) -> Vec<f32> {
     if inputs.kind != SkyKind::Atmosphere {

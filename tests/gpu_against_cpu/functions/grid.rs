@@ -37,12 +37,13 @@ fn directions_and_cells() {
         "light_grid_data::light_under_sky, most_from_above",
         "#import cumuli::light_grid_data::{light_under_sky, most_from_above}\n\
          fn sky(a: f32, b: f32) -> array<vec4<f32>, 4> {\n\
-             return array(vec4(a, b, a + b, 0.5 * a), vec4(0.25 * b, 0.5 * b, 0.0, 0.0), vec4(a), vec4(-b));\n\
+             return array(vec4(a, 0.0, b - 2.0, -a), vec4(b - 1.0, a, 0.0, 0.0), vec4(a, 0.0, -b, 1.0 - b), vec4(0.5 * b - 0.2));\n\
          }",
         "vec4(light_under_sky(vec3(0.0, x[0], 0.0), x[2]), most_from_above(sky(x[1], x[2])))",
     )
     .agrees(&skies, 4.0, |[y, a, b]| {
-        [0.0, if y < 0.0 { 1.0 + b } else { 0.0 }, 1.0, 1.0 + b.max(a + b)]
+        let most = [0.0, b - 2.0, -a, b - 1.0, 1.0 - b, 0.5 * b - 0.2].into_iter().fold(0.0, f64::max);
+        [0.0, if y < 0.0 { 1.0 + b } else { 0.0 }, 1.0, 1.0 + most]
     });
     let moments = many(121, |r| {
         [r.between(-1.0, 1.0) as f32, r.between(-0.2, 1.0) as f32, r.between(-1.0, 1.0) as f32]
@@ -201,7 +202,8 @@ impl Field {
         let size = [12u32, 8, 10];
         let count = size.iter().product::<u32>();
         uniforms.levels = 3;
-        uniforms.widest = 2;
+        // Light is looked up in two of them.
+        uniforms.widest = 1;
         uniforms.cells = 3 * count;
         for l in 0..3 {
             let side = 20.0 * 2f32.powi(l);
@@ -354,7 +356,7 @@ impl Field {
     }
 
     fn level_of(&self, point: DVec3) -> usize {
-        (0..2).find(|l| self.weight(*l, point) > 0.0).unwrap_or(2)
+        if self.weight(0, point) > 0.0 { 0 } else { 1 }
     }
 }
 
@@ -388,7 +390,7 @@ fn light_of_the_grid_at_a_place() {
     // of three axes.
     let filter = 3.0 / 256.0 / STEP;
     function(
-        "light_field::scattered_light, level_light, texel_of, texels_at, last_level",
+        "light_field::scattered_light, level_light, texel_of, texels_at, last_lit",
         "#import cumuli::light_field::scattered_light",
         "vec4(scattered_light(vec3(x[0], x[1], x[2])), 0.0)",
     )

@@ -61,8 +61,11 @@ impl GridLight {
                 cell[axis] += if rate[axis] > 0.0 { 1 } else { -1 };
                 next[axis] += 1.0 / rate[axis].abs();
             }
-            // Above and below a level there is no matter, only that which coarser cells spread to there.
-            t = t.max(to_sides(&level, origin, rate));
+            // Above and below a level of a field there is no matter but of listed particles, only that which coarser
+            // cells spread to there.
+            if self.uniforms.has_above == 0 {
+                t = t.max(to_sides(&level, origin, rate));
+            }
             if t == f64::INFINITY {
                 break;
             }

@@ -193,11 +193,16 @@ fn sunlight_falls_off_with_the_way_through_matter() {
 /// Above a level there is no matter: what coarser cells spread to there takes no sunlight from it. Beside it there is.
 #[test]
 fn matter_that_coarser_cells_spread_above_a_level_throws_no_shadow() {
-    for (sun, is_lit) in [(DVec3::Y, true), (DVec3::new(0.8, 0.6, 0.0), false)] {
+    let slanted = DVec3::new(0.8, 0.6, 0.0);
+    // With listed particles there may be.
+    for (sun, has_above, is_lit) in
+        [(DVec3::Y, 0, true), (slanted, 0, false), (DVec3::Y, 1, false), (slanted, 1, false)]
+    {
         let mut uniforms = <LightGridUniforms as bytemuck::Zeroable>::zeroed();
         uniforms.sun = sun.extend(0.0).as_vec4().to_array();
         uniforms.levels = 2;
         uniforms.widest = 1;
+        uniforms.has_above = has_above;
         let level = |low: [f32; 3], cell: f32, size: [u32; 3], first: u32| GridLevel {
             low: [low[0], low[1], low[2], 0.0],
             cell: [cell, cell, cell, 0.0],
