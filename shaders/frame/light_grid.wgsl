@@ -175,14 +175,14 @@ fn to_sides(level: GridLevel, origin: vec3<f32>, rate: vec3<f32>) -> f32 {
 }
 
 // Optical depth towards the sun from where a ray through the middle of a cell leaves it: from cell to cell
-// (Amanatides and Woo 1987), and on through the coarser levels beside. Above and below a level of a field there is
+// (Amanatides and Woo 1987), and on through the coarser levels of a field beside. Above and below a level of a field there is
 // no matter but of listed particles, only that which coarser cells spread to there.
 fn sun_depth(inner: u32, own: vec3<u32>) -> f32 {
     let sun = grid.sun.xyz;
     let origin = cell_centre(grid.level[inner], vec3<f32>(own));
     var depth = 0.0;
     var t = 0.0;
-    let widest = max(inner, min(grid.widest, levels() - 1u));
+    let widest = select(max(inner, min(grid.widest, levels() - 1u)), inner, grid.of_list != 0u);
     for (var l = inner; l <= widest && t < NEVER; l++) {
         let level = grid.level[l];
         let size = vec3<i32>(level.size.xyz);

@@ -46,8 +46,8 @@ fn last_level() -> u32 {
     return min(arrayLength(&grid_cells), light_grid.levels) - 1u;
 }
 
-// The last level whose light is looked up. Coarser ones reach hardly farther, and have less of what clouds look like; beyond it
-// its outermost cells stand for what is there, below the clouds those of its lowest layer.
+// The last level whose light is looked up. Coarser ones over a field reach hardly farther, and have less of what clouds look like.
+// Beyond it its outermost cells stand for what is there, below a field's clouds those of its lowest layer.
 fn last_lit() -> u32 {
     return min(arrayLength(&grid_cells) - 1u, light_grid.widest);
 }
@@ -55,12 +55,15 @@ fn last_lit() -> u32 {
 // Cells at the border of a level over which it fades into the coarser one.
 const FADE_CELLS: f32 = 3.0;
 
-// 1 well inside of a level's sides, 0 from half a cell within them on. All levels have the same clouds between base and top:
-// above and below a finer one there is none that a coarser one would know.
+// 1 well inside of a level's sides, 0 from half a cell within them on. All levels of a field have the same clouds between base
+// and top: above and below a finer one there is none that a coarser one would know. The finest level of listed particles has
+// them all: that is 1 up to its border, and from there on light falls off as coarser cells know it.
 fn level_weight(level: GridLevel, point: vec3<f32>) -> f32 {
-    let at = (point.xz - level.low.xz) / level.cell.xz;
-    let margin = min(at, vec2<f32>(level.size.xz) - at) - 0.5;
-    return saturate(min(margin.x, margin.y) / FADE_CELLS);
+    let at = (point - level.low.xyz) / level.cell.xyz;
+    let margin = min(at, vec3<f32>(level.size.xyz) - at);
+    let sides = min(margin.x, margin.z);
+    let inside = select(sides - 0.5, min(sides, margin.y) + FADE_CELLS, light_grid.of_list != 0u);
+    return saturate(inside / FADE_CELLS);
 }
 
 // Where a point lies in the texture, in texels.

@@ -29,10 +29,10 @@ struct LightGridUniforms {
     matter_room: u32,     // slots of cells with matter that there are buffers for
     kept_room: u32,       // of all cells that keep light, with these
     axes: u32,            // pairs of opposite directions of travel
-    widest: u32,          // level beyond which none reaches farther to the sides
+    widest: u32,          // last level whose light is looked up
     has_above: u32,       // 1: there may be matter above and below the clouds of a field, of listed particles
+    of_list: u32,         // 1: levels of listed particles alone, all of which the finest one holds
     padding_a: u32,
-    padding_b: u32,
     sky: array<vec4<f32>, 4>,   // light from above by pairs of directions, over that of an even sky, less 1
     axis: array<vec4<f32>, 16>, // xyz: the first of a pair; w: share of the sphere that each of both stands for
     level: array<GridLevel, 10>,

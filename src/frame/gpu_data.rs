@@ -292,14 +292,14 @@ gpu_struct! {
         kept_room: u32,
         /// Pairs of opposite directions of travel.
         axes: u32,
-        /// The level beyond which none reaches farther to the sides.
+        /// The last level whose light is looked up.
         widest: u32,
         /// 1: there may be matter above and below the clouds of a field, of listed particles.
         has_above: u32,
+        /// 1: levels of listed particles alone, all of which the finest one holds.
+        of_list: u32,
         /// Unused.
         padding_a: u32,
-        /// Unused.
-        padding_b: u32,
         /// Light from above by pairs of directions, over that of an even sky, less 1.
         sky: [[f32; 4]; MOST_AXES / 4],
         /// x, y, z: the first direction of a pair; w: share of the sphere that each of both stands for.

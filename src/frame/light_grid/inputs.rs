@@ -200,6 +200,7 @@ impl GridInputs {
         uniforms.sky.as_flattened_mut()[..sky.len()].copy_from_slice(&sky);
         uniforms.axes = axes.len() as u32;
         uniforms.widest = levels.widest as u32;
+        uniforms.of_list = u32::from(clouds.is_none());
         uniforms.has_above = u32::from(clouds.is_some() && !listed.is_empty());
         for (slot, axis) in uniforms.axis.iter_mut().zip(axes) {
             *slot = axis.as_vec4().to_array();

@@ -60,8 +60,8 @@ pub struct Levels {
     pub levels: Vec<GridLevel>,
     /// Directions of travel.
     pub directions: u32,
-    /// The level beyond which none reaches farther than by what coarser cells round up to: those are there to solve for the
-    /// light, and no light is looked up in them.
+    /// The last level whose light is looked up: coarser ones over a field reach hardly farther, and are there to solve for
+    /// the light.
     pub widest: usize,
 }
 
@@ -331,6 +331,7 @@ fn around(middle: DVec3, size: DVec3, side: f64, directions: u32) -> Levels {
         }
         cell *= 2.0;
     }
+    result.widest = result.levels.len() - 1;
     result
 }
 

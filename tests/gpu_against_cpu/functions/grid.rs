@@ -5,7 +5,7 @@ use cumuli::frame::gpu_data::{GridLevel, LightGridUniforms, LightView};
 use cumuli::frame::view::warped;
 use cumuli::gpu::buffers;
 use cumuli::medium::{Halo, Phase, Truncation};
-use glam::{DVec2, DVec3, DVec4, Vec3Swizzles};
+use glam::{DVec2, DVec3, DVec4};
 use half::f16;
 
 use super::{Function, STEP, magnitude, many, one};
@@ -197,13 +197,14 @@ fn halo() -> Halo {
 }
 
 impl Field {
-    fn new() -> Self {
+    fn new(of_list: u32) -> Self {
         let mut uniforms: LightGridUniforms = bytemuck::Zeroable::zeroed();
         let size = [12u32, 8, 10];
         let count = size.iter().product::<u32>();
         uniforms.levels = 3;
         // Light is looked up in two of them.
         uniforms.widest = 1;
+        uniforms.of_list = of_list;
         uniforms.cells = 3 * count;
         for l in 0..3 {
             let side = 20.0 * 2f32.powi(l);
@@ -352,7 +353,10 @@ impl Field {
             [level.low, level.cell].map(|v| DVec3::new(v[0].into(), v[1].into(), v[2].into()));
         let size = DVec3::new(level.size[0].into(), level.size[1].into(), level.size[2].into());
         let at = (point - low) / side;
-        ((at.xz().min((size - at).xz()).min_element() - 0.5) / 3.0).clamp(0.0, 1.0)
+        let margin = at.min(size - at);
+        let of_list = margin.min_element() / 3.0 + 1.0;
+        let of_field = (margin.x.min(margin.z) - 0.5) / 3.0;
+        if self.uniforms.of_list == 0 { of_field } else { of_list }.clamp(0.0, 1.0)
     }
 
     fn level_of(&self, point: DVec3) -> usize {
@@ -362,7 +366,13 @@ impl Field {
 
 #[test]
 fn light_of_the_grid_at_a_place() {
-    let field = Field::new();
+    for of_list in [0, 1] {
+        light_at_a_place(of_list);
+    }
+}
+
+fn light_at_a_place(of_list: u32) {
+    let field = Field::new(of_list);
     let groups = field.groups();
     let function = |name, declarations, call| Function {
         name,

@@ -1,6 +1,6 @@
 //! Twin of `shaders/shared/light_field.wgsl`.
 
-use glam::{DVec3, DVec4, Vec3Swizzles};
+use glam::{DVec3, DVec4};
 
 use super::cells::{corners, index, low, side};
 use crate::frame::gpu_data::{GridLevel, LightGridUniforms};
@@ -87,8 +87,13 @@ impl FieldSeen {
             let level = self.uniforms.level[l];
             let size = DVec3::new(level.size[0].into(), level.size[1].into(), level.size[2].into());
             let at = (point - low(&level)) / side(&level);
-            let margin = at.xz().min((size - at).xz()).min_element() - 0.5;
-            let weight = if l == last { 1.0 } else { (margin / FADE_CELLS).clamp(0.0, 1.0) };
+            let margin = at.min(size - at);
+            let inside = if self.uniforms.of_list == 0 {
+                margin.x.min(margin.z) - 0.5
+            } else {
+                margin.min_element() + FADE_CELLS
+            };
+            let weight = if l == last { 1.0 } else { (inside / FADE_CELLS).clamp(0.0, 1.0) };
             if weight > 0.0 {
                 let held = low(&level) + at.clamp(DVec3::splat(0.5), size - 0.5) * side(&level);
                 let found = corners(&level, held).map_or(DVec3::ZERO, |c| of_level(l, &c));

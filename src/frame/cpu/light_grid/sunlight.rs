@@ -39,7 +39,11 @@ impl GridLight {
         let sun = self.sun_direction();
         let origin = centre(&self.level(inner), own.map(|v| v as f64));
         let (mut depth, mut t) = (0.0, 0.0);
-        let widest = inner.max(self.uniforms.widest as usize);
+        let widest = if self.uniforms.of_list == 0 {
+            inner.max(self.uniforms.widest as usize)
+        } else {
+            inner
+        };
         for l in inner..=widest {
             let level = self.level(l);
             let rate = sun / side(&level);
