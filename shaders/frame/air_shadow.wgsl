@@ -7,7 +7,7 @@
 #import cumuli::air_shadow_place::{ENTRIES, NODES, clouded_span, node_distance}
 #import cumuli::atmosphere::{TABLE_SCALE, air_span, altitude_along, ground_reach, medium_at, to_rgb}
 #import cumuli::gpu_data::FrameUniforms
-#import cumuli::light_field::{light_grid, scattered_light}
+#import cumuli::light_field::{light_from_afar, light_grid}
 #import cumuli::light_grid_data::{grid_direction, grid_phase}
 #import cumuli::numerics::unfolded
 #import cumuli::ray_blocks::{corners_of, ray_place}
@@ -41,7 +41,7 @@ const LEAST_ALBEDO: f32 = 1e-3;
 
 // Light that clouds leave at a place, as in the field, but for all directions that droplets would scatter from.
 fn light_around(point: vec3<f32>) -> vec2<f32> {
-    return scattered_light(point).xy / max(light_grid.albedo, LEAST_ALBEDO);
+    return light_from_afar(point).xy / max(light_grid.albedo, LEAST_ALBEDO);
 }
 
 fn optical_depth(ray: AirRay, begin: f32, end: f32) -> vec4<f32> {

@@ -86,15 +86,22 @@ fn level_light(level: GridLevel, point: vec3<f32>) -> vec3<f32> {
     return found.xyz / max(found.w, LEAST_CELL_WEIGHT);
 }
 
-// Point relative to the grid's anchor. x: per unit of sun irradiance, y: per radiance from above,
-// z: per radiance from all sides.
-fn scattered_light(point: vec3<f32>) -> vec3<f32> {
+// Of a field, 1 well between base and top of a level, 0 from half a cell within them on.
+fn height_weight(level: GridLevel, point: vec3<f32>) -> f32 {
+    let at = (point.y - level.low.y) / level.cell.y;
+    let margin = min(at, f32(level.size.y) - at) - 0.5;
+    return select(saturate(margin / FADE_CELLS), 1.0, light_grid.of_list != 0u);
+}
+
+// Light at a point relative to the grid's anchor; `afar` 1: as far above and below the clouds as coarser cells know it.
+fn light_at(point: vec3<f32>, afar: f32) -> vec3<f32> {
     var sum = vec3(0.0);
     var left = 1.0;
     let last = last_lit();
     for (var l = 0u; l <= last; l++) {
         let level = light_grid.level[l];
-        let weight = select(level_weight(level, point), 1.0, l == last);
+        let within = level_weight(level, point) * mix(1.0, height_weight(level, point), afar);
+        let weight = select(within, 1.0, l == last);
         if weight > 0.0 {
             sum += left * weight * level_light(level, point);
             left *= 1.0 - weight;
@@ -104,6 +111,17 @@ fn scattered_light(point: vec3<f32>) -> vec3<f32> {
         }
     }
     return sum;
+}
+
+// What droplets at a point relative to the grid's anchor scatter to the eye. x: per unit of sun irradiance, y: per radiance
+// from above, z: per radiance from all sides.
+fn scattered_light(point: vec3<f32>) -> vec3<f32> {
+    return light_at(point, 0.0);
+}
+
+// The same in the air around clouds: what reaches it above and below them comes from many.
+fn light_from_afar(point: vec3<f32>) -> vec3<f32> {
+    return light_at(point, 1.0);
 }
 
 // What the clouds leave of the light of the ground below a point, over that of bare ground: lit by the

@@ -64,7 +64,7 @@ pub struct CloudLight<'a> {
 /// Light that clouds leave at a point relative to the eye, as in the field, but for all directions that droplets
 /// would scatter from.
 fn light_around(field: &FieldSeen, point: DVec3) -> DVec2 {
-    field.at(point).truncate() / f64::from(field.uniforms().albedo).max(LEAST_ALBEDO)
+    field.from_afar(point).truncate() / f64::from(field.uniforms().albedo).max(LEAST_ALBEDO)
 }
 
 /// Change of the light of the air of a ray up to distances (m) that grow, rgb, with so many steps from one to

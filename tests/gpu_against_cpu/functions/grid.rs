@@ -408,6 +408,14 @@ fn light_at_a_place(of_list: u32) {
         field.seen.at(DVec3::from_array(point)).extend(0.0).to_array()
     });
     function(
+        "light_field::light_from_afar, light_at, height_weight",
+        "#import cumuli::light_field::light_from_afar",
+        "vec4(light_from_afar(vec3(x[0], x[1], x[2])), 0.0)",
+    )
+    .agrees(&points, 2.0 * filter, |point| {
+        field.seen.from_afar(DVec3::from_array(point)).extend(0.0).to_array()
+    });
+    function(
         "light_field::ground_shares",
         "#import cumuli::light_field::ground_shares",
         "vec4(ground_shares(vec3(x[0], x[1], x[2])), 0.0, 0.0)",

@@ -54,7 +54,7 @@ impl FieldSeen {
     /// What the clouds leave of the light of the ground below a point relative to the eye, over that
     /// of bare ground: lit by the sun, by the sky.
     pub fn ground_shares(&self, point: DVec3) -> [f64; 2] {
-        let sum = self.sum(point + self.eye, |l, corners| {
+        let sum = self.sum(point + self.eye, false, |l, corners| {
             let row = self.uniforms.level[l].size[0] as usize;
             let share = |[x, _, z]: [usize; 3]| self.shares[l][z * row + x];
             corners.iter().map(|(c, w)| *w * DVec3::new(share(*c)[0], share(*c)[1], 0.0)).sum()
@@ -64,7 +64,16 @@ impl FieldSeen {
 
     /// At a point relative to the eye: light of the three kinds.
     pub fn at(&self, point: DVec3) -> DVec3 {
-        self.sum(point + self.eye, |l, corners| {
+        self.light(point, false)
+    }
+
+    /// The same in the air around clouds, above and below them as coarser cells know it.
+    pub fn from_afar(&self, point: DVec3) -> DVec3 {
+        self.light(point, true)
+    }
+
+    fn light(&self, point: DVec3, afar: bool) -> DVec3 {
+        self.sum(point + self.eye, afar, |l, corners| {
             let level = &self.uniforms.level[l];
             let light: DVec4 = corners.iter().map(|(c, w)| *w * self.field[index(level, *c)]).sum();
             light.truncate() / light.w.max(1e-3)
@@ -75,6 +84,7 @@ impl FieldSeen {
     fn sum(
         &self,
         point: DVec3,
+        afar: bool,
         of_level: impl Fn(usize, &[([usize; 3], f64); 8]) -> DVec3,
     ) -> DVec3 {
         let (mut sum, mut left) = (DVec3::ZERO, 1.0);
@@ -93,7 +103,10 @@ impl FieldSeen {
             } else {
                 margin.min_element() + FADE_CELLS
             };
-            let weight = if l == last { 1.0 } else { (inside / FADE_CELLS).clamp(0.0, 1.0) };
+            let share = |margin: f64| (margin / FADE_CELLS).clamp(0.0, 1.0);
+            let afar = afar && self.uniforms.of_list == 0;
+            let by_height = if afar { share(margin.y - 0.5) } else { 1.0 };
+            let weight = if l == last { 1.0 } else { share(inside) * by_height };
             if weight > 0.0 {
                 let held = low(&level) + at.clamp(DVec3::splat(0.5), size - 0.5) * side(&level);
                 let found = corners(&level, held).map_or(DVec3::ZERO, |c| of_level(l, &c));
