@@ -1,7 +1,7 @@
 // Light field: what every cell of the light grid that keeps light sends towards the eye by scattering, as a
 // texture that the blend filters. Twin: src/frame/cpu/light_grid.rs. Light is kept times a weight, which is the fourth
 // channel and grows with the matter in a cell: between cells matter counts, so that the light in a cloud's surface
-// is that of the cloud and not half that of the space before it. Behind the last layer of cells, a row holds what of
+// is that of the cloud and not half that of the space before it. Behind the last layer of cells and an empty one, a row holds what of
 // the ground's light is left below each column (light_ground.wgsl).
 //
 // Workgroup contract: in `light_field` one invocation owns one slot, in `field_outside` one cell of one level: that

@@ -11,7 +11,7 @@
 #import cumuli::ray_blocks::{corners_of, ray_place}
 #import cumuli::sea::{mirrored, surface_normal}
 #import cumuli::sky::{is_uniform, sky}
-#import cumuli::light_field::{grid_cells, ground_shares, halo_factor, halo_row, last_lit, level_of, light_grid, scattered_light}
+#import cumuli::light_field::{grid_cells, ground_shares, halo_factor, halo_row, last_with_matter, level_of, light_grid, scattered_light}
 #import cumuli::light_grid_data::{EMPTY_CELL, grid_index}
 #import cumuli::numerics::opacity
 #import cumuli::phase::{PhaseParams, phase_between}
@@ -78,9 +78,9 @@ fn sky_from_sea(dir: vec3<f32>, normal: vec3<f32>, up: f32) -> vec3<f32> {
     return mix(upper, lower, fract(texel.y)) * (sky.sun.w / TABLE_SCALE);
 }
 
-// Part of a ray in the widest level of the grid, m. Point relative to the grid's anchor.
+// Part of a ray in the widest level of the grid with matter, m. Point relative to the grid's anchor.
 fn span_of_grid(point: vec3<f32>, dir: vec3<f32>) -> vec2<f32> {
-    let level = light_grid.level[last_lit()];
+    let level = light_grid.level[last_with_matter()];
     let slow = abs(dir) < vec3(LEAST);
     let rate = select(dir, vec3(LEAST), slow);
     let a = (level.low.xyz - point) / rate;

@@ -55,14 +55,26 @@ fn last_lit() -> u32 {
 // Cells at the border of a level over which it fades into the coarser one.
 const FADE_CELLS: f32 = 3.0;
 
+// Flags of the grid, in conditions: in the order of operands that `last_level` tells of.
+fn is_of_list() -> bool {
+    return min(arrayLength(&grid_cells), light_grid.of_list) != 0u;
+}
+
+// The last level in which matter is looked for: the finest of a list has all of it.
+fn last_with_matter() -> u32 {
+    return select(last_lit(), 0u, is_of_list());
+}
+
 // 1 well inside of a level's sides, 0 from half a cell within them on. All levels of a field have the same clouds between base
-// and top: above and below a finer one there is none that a coarser one would know. The finest level of listed particles has
+// and top: above and below a finer one there is none that a coarser one would know, unless listed particles float there. The finest level of listed particles has
 // them all: that is 1 up to its border, and from there on light falls off as coarser cells know it.
 fn level_weight(level: GridLevel, point: vec3<f32>) -> f32 {
     let at = (point - level.low.xyz) / level.cell.xyz;
     let margin = min(at, vec3<f32>(level.size.xyz) - at);
     let sides = min(margin.x, margin.z);
-    let inside = select(sides - 0.5, min(sides, margin.y) + FADE_CELLS, light_grid.of_list != 0u);
+    let all = min(sides, margin.y);
+    let has_above = min(arrayLength(&grid_cells), light_grid.has_above) != 0u;
+    let inside = select(select(sides, all, has_above) - 0.5, all + FADE_CELLS, is_of_list());
     return saturate(inside / FADE_CELLS);
 }
 
@@ -90,7 +102,7 @@ fn level_light(level: GridLevel, point: vec3<f32>) -> vec3<f32> {
 fn height_weight(level: GridLevel, point: vec3<f32>) -> f32 {
     let at = (point.y - level.low.y) / level.cell.y;
     let margin = min(at, f32(level.size.y) - at) - 0.5;
-    return select(saturate(margin / FADE_CELLS), 1.0, light_grid.of_list != 0u);
+    return select(saturate(margin / FADE_CELLS), 1.0, is_of_list());
 }
 
 // Light at a point relative to the grid's anchor; `afar` 1: as far above and below the clouds as coarser cells know it.
@@ -124,7 +136,7 @@ fn light_from_afar(point: vec3<f32>) -> vec3<f32> {
     return light_at(point, 1.0);
 }
 
-// What the clouds leave of the light of the ground below a point, over that of bare ground: lit by the
+// What the clouds leave of the light of the ground below a point among them, over that of bare ground: lit by the
 // sun, by the sky. It is kept in the texture's last row.
 fn ground_shares(point: vec3<f32>) -> vec2<f32> {
     var sum = vec2(0.0);
@@ -146,7 +158,7 @@ fn ground_shares(point: vec3<f32>) -> vec2<f32> {
     return sum;
 }
 
-// The finest level that holds a point, of those whose light is looked up.
+// The finest level that holds a point to its sides, of those whose light is looked up; of a list also a little beyond it.
 fn level_of(point: vec3<f32>) -> u32 {
     var chosen = 0u;
     while chosen < last_lit() && level_weight(light_grid.level[chosen], point) <= 0.0 {

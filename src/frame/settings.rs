@@ -145,6 +145,9 @@ impl Display for Lighting {
     }
 }
 
+/// Finenesses of the light grid that there may be: of one cell in eight of the field's, and more than a device binds.
+const FINENESSES: [f64; 2] = [0.125, 8.0];
+
 /// What a renderer is made for, besides the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderSettings {
@@ -166,7 +169,11 @@ impl RenderSettings {
     /// The numbers that hold.
     pub fn quality(&self) -> Quality {
         let quality = self.quality.unwrap_or_else(|| self.preset.quality());
-        let quality = Quality { tile: quality.tile.max(1), ..quality };
+        let [least, most] = FINENESSES;
+        // NaN is no fineness.
+        let fineness = quality.grid.fineness.max(least).min(most);
+        let grid = GridSettings { fineness, ..quality.grid };
+        let quality = Quality { tile: quality.tile.max(1), grid, ..quality };
         if self.live { quality.live() } else { quality }
     }
 }

@@ -201,7 +201,8 @@ impl GridInputs {
         uniforms.axes = axes.len() as u32;
         uniforms.widest = levels.widest as u32;
         uniforms.of_list = u32::from(clouds.is_none());
-        uniforms.has_above = u32::from(clouds.is_some() && !listed.is_empty());
+        let has_above = clouds.is_some() && levels.has_beyond_first(&scene.particles);
+        uniforms.has_above = u32::from(has_above);
         for (slot, axis) in uniforms.axis.iter_mut().zip(axes) {
             *slot = axis.as_vec4().to_array();
         }

@@ -197,14 +197,14 @@ fn halo() -> Halo {
 }
 
 impl Field {
-    fn new(of_list: u32) -> Self {
+    fn new([of_list, has_above]: [u32; 2]) -> Self {
         let mut uniforms: LightGridUniforms = bytemuck::Zeroable::zeroed();
         let size = [12u32, 8, 10];
         let count = size.iter().product::<u32>();
         uniforms.levels = 3;
         // Light is looked up in two of them.
         uniforms.widest = 1;
-        uniforms.of_list = of_list;
+        (uniforms.of_list, uniforms.has_above) = (of_list, has_above);
         uniforms.cells = 3 * count;
         for l in 0..3 {
             let side = 20.0 * 2f32.powi(l);
@@ -355,7 +355,9 @@ impl Field {
         let at = (point - low) / side;
         let margin = at.min(size - at);
         let of_list = margin.min_element() / 3.0 + 1.0;
-        let of_field = (margin.x.min(margin.z) - 0.5) / 3.0;
+        let sides = margin.x.min(margin.z);
+        let height = if self.uniforms.has_above == 0 { sides } else { margin.y };
+        let of_field = (sides.min(height) - 0.5) / 3.0;
         if self.uniforms.of_list == 0 { of_field } else { of_list }.clamp(0.0, 1.0)
     }
 
@@ -366,13 +368,13 @@ impl Field {
 
 #[test]
 fn light_of_the_grid_at_a_place() {
-    for of_list in [0, 1] {
-        light_at_a_place(of_list);
+    for flags in [[0, 0], [0, 1], [1, 0]] {
+        light_at_a_place(flags);
     }
 }
 
-fn light_at_a_place(of_list: u32) {
-    let field = Field::new(of_list);
+fn light_at_a_place(flags: [u32; 2]) {
+    let field = Field::new(flags);
     let groups = field.groups();
     let function = |name, declarations, call| Function {
         name,

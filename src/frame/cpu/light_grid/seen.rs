@@ -99,7 +99,9 @@ impl FieldSeen {
             let at = (point - low(&level)) / side(&level);
             let margin = at.min(size - at);
             let inside = if self.uniforms.of_list == 0 {
-                margin.x.min(margin.z) - 0.5
+                let sides = margin.x.min(margin.z);
+                let height = if self.uniforms.has_above == 0 { sides } else { margin.y };
+                sides.min(height) - 0.5
             } else {
                 margin.min_element() + FADE_CELLS
             };
